@@ -87,7 +87,6 @@ CloudVoxelizer::voxelize(PointBatches& points,
     voxelizeAsBefore(points, frame);
   else
     voxelizeWide(points, frame);
-  refitIntensities(points, frame);
   wider_grid_.reset();
   if (statistics_.points_outside_grid > 0)
     wider_grid_ = widerGridFor(points, settings_);
@@ -111,22 +110,6 @@ void
 CloudVoxelizer::voxelizeAsBefore(PointBatches& points, VoxelFrame& frame)
 {
   statistics_ = voxelizer_.voxelize(points, takesIFrame() && may_refit_, frame);
-}
-
-/** \brief Fits the scale of native intensities again if an earlier cloud had such high
- * ones that most of this cloud's become 0. */
-void
-CloudVoxelizer::refitIntensities(PointBatches& points, VoxelFrame& frame)
-{
-  if (takesIFrame() || 2 * statistics_.intensities_vanished <= statistics_.voxels)
-    return;
-  // A high one of this cloud would give the same scale.
-  const std::uint32_t highest =
-      *std::max_element(frame.intensities.begin(), frame.intensities.end());
-  if (highest > frame.intensity_scale.maxSymbol() / 2)
-    return;
-  has_changed_ = true;
-  statistics_ = voxelizer_.voxelize(points, true, frame);
 }
 
 /** \brief Centres voxels on the multiples of a step, if all coordinates of a cloud are

@@ -78,9 +78,6 @@ private:
   void
   voxelizeAsBefore(PointBatches& points, VoxelFrame& frame);
 
-  void
-  refitIntensities(PointBatches& points, VoxelFrame& frame);
-
   bool
   fitCoordinateStep(PointBatches& points);
 

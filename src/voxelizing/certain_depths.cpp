@@ -11,11 +11,13 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 namespace {
 
 /** \brief A place of whole numbers differs from one that is computed here by less, edges,
- * but for what the lengths of a ray are rounded by. */
+ * but for what rays are rounded by. */
 constexpr double least_place_error = 0x1p-20;
 
-/** \brief Directions of rays are rounded twice to 2^-30, their steps to 2^-32. */
-constexpr double direction_error = 0x1p-28;
+/** \brief Bounds of what a direction of length 1 is rounded by, to 2^-30, and a step of
+ * depth, to 2^-32. */
+constexpr double direction_error = 0x1p-29;
+constexpr double least_step_error = 0x1p-31;
 
 /** \brief Numbers of whole units. */
 std::array<double, 3>
@@ -114,7 +116,7 @@ CertainDepths::setPlanarRays(std::uint32_t row,
   const auto& vectors = frame_.rays.pose.vectors;
   const double first_depth = frame_.rays.has_half_depths ? 0.5 : 0.0;
   place_error_ = least_place_error;
-  step_error_ = direction_error;
+  step_error_ = least_step_error;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double first =
         0x1p-40 * static_cast<double>(vectors[0][axis] + vectors[2][axis] * row);
@@ -140,6 +142,9 @@ CertainDepths::setSpinningRays(std::uint32_t row_index,
   const double along = 0x1p-16 * row.along;
   const double across = 0x1p-16 * row.across;
   const double run = 0x1p-24 * row.run;
+  place_error_ =
+      least_place_error + direction_error * (std::abs(along) + std::abs(across));
+  step_error_ = least_step_error + direction_error * std::abs(run);
   const Numbers start{
       along * cosine - across * sine, along * sine + across * cosine, 0x1p-16 * row.up};
   const Numbers step{run * cosine, run * sine, 0x1p-24 * row.rise};

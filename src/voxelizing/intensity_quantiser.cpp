@@ -82,13 +82,13 @@ IntensityQuantiser::quantise(const std::vector<double>& values,
   const auto max_number = static_cast<double>(scale_.maxNumber());
   const double rounding = truncates_ ? 0.0 : 0.5;
   std::size_t out_of_range = 0;
-  // Where 0 is a number of the scale, the lowest one.
-  const bool may_vanish = offset == 0.0;
+  const double least = truncates_ ? step : 0.5 * step;
   vanished = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double number = (values[i] * unit_factor_ - offset) / step + rounding;
+    const double value = values[i] * unit_factor_;
+    const double number = (value - offset) / step + rounding;
     out_of_range += number < 0.0 || number >= max_number + 1.0 ? 1 : 0;
-    vanished += may_vanish && values[i] > 0.0 && number < 1.0 ? 1 : 0;
+    vanished += std::abs(value) < least && value != 0.0 ? 1 : 0;
     // Not negative when clamped, so that a cast rounds down.
     frame.intensities[i] =
         static_cast<std::uint16_t>(std::clamp(number, 0.0, max_number));
@@ -138,10 +138,35 @@ IntensityQuantiser::releaseMemory()
   sorted_values_ = std::vector<double>();
 }
 
+/** \brief Adapts the scale to the values of a frame. After far larger values it is fitted
+ * anew, before an I-frame is due: a change of scale makes one. */
 void
 IntensityQuantiser::followValues(const std::vector<double>& values,
                                  const CommonStep& step,
                                  bool may_refit)
+{
+  fitScale(values, step, may_refit);
+  if (!may_refit && !values.empty() && isTooWide(held_))
+    fitScale(values, step, true);
+}
+
+/** \brief True if values use hardly any of the scale's numbers, and a scale of their own
+ * would be finer. It takes an I-frame each time, so that it is not for values that are
+ * only much smaller. */
+bool
+IntensityQuantiser::isTooWide(const ValueRange& held) const
+{
+  if (is_exact_ || fixed_range_ > 0.0)
+    return false;
+  const double few = std::min(8.0, std::sqrt(scale_.maxNumber()) / 2.0);
+  const double range = held.highest - automaticOffset(held.lowest, 0);
+  return range > 0.0 && range < few * static_cast<double>(scale_.step);
+}
+
+void
+IntensityQuantiser::fitScale(const std::vector<double>& values,
+                             const CommonStep& step,
+                             bool may_refit)
 {
   const double highest_before = highest_;
   if (may_refit) {
@@ -155,36 +180,22 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
       is_companded_ && step_.divisor() != 1 ? 0 : step_.divisor();
   if (!values.empty()) {
     const bool keeps_step = !is_companded_ && fixed_bits_ == 0;
-    const ValueRange held =
-        fixed_range_ > 0.0
-            ? rangeOf(values)
-            : heldRange(values, keeps_step ? divisor : 0, lowest_, sorted_values_);
-    lowest_ = std::min(lowest_, held.lowest);
-    highest_ = std::max(highest_, held.highest);
+    held_ = fixed_range_ > 0.0
+                ? rangeOf(values)
+                : heldRange(values, keeps_step ? divisor : 0, lowest_, sorted_values_);
+    lowest_ = std::min(lowest_, held_.lowest);
+    highest_ = std::max(highest_, held_.highest);
     // The largest count varies around a power of two without another scale each time.
     if (is_unit_points_)
-      highest_ = std::max(highest_, std::min(highest_before, 2.0 * held.highest));
-    are_counts_ &= held.lowest >= 1.0;
+      highest_ = std::max(highest_, std::min(highest_before, 2.0 * held_.highest));
+    are_counts_ &= held_.lowest >= 1.0;
   }
   // A change of scale requires an I-frame: the range grows in powers of two, and
   // shrinks only where may_refit allows it.
   const double highest = fixed_range_ > 0.0 ? fixed_range_ : highest_;
-  if (divisor != 0) {
-    // In steps, which are whole numbers.
-    const double offset = automaticOffset(lowest_, divisor);
-    const double whole_range = highest * divisor - offset * divisor;
-    const unsigned int bits = bitsOfWholeNumbers(whole_range);
-    if (bits <= most_bits) {
-      const double range = fixed_range_ > 0.0 ? whole_range : std::exp2(bits) - 1.0;
-      if (is_companded_ && are_counts_)
-        spanNumbers(1.0, range - 1.0, 1.0);
-      else if (is_companded_)
-        spanNumbers(offset, range, 1.0);
-      else
-        spanScale(offset, range / divisor, bits);
-      return;
-    }
-  }
+  is_exact_ = setExactScale(divisor, highest);
+  if (is_exact_)
+    return;
   const double offset = automaticOffset(lowest_, 0);
   const double range =
       fixed_range_ > 0.0 ? highest - offset : powerOfTwoAbove(highest - offset);
@@ -196,6 +207,30 @@ IntensityQuantiser::followValues(const std::vector<double>& values,
   }
   else
     spanScale(offset, range, most_bits);
+}
+
+/** \brief Sets a scale of multiples of 1 / divisor up to a value.
+ * \param[in] divisor 0: the values are no such multiples
+ * \return false if there is none */
+bool
+IntensityQuantiser::setExactScale(unsigned int divisor, double highest)
+{
+  if (divisor == 0)
+    return false;
+  // In steps, which are whole numbers.
+  const double offset = automaticOffset(lowest_, divisor);
+  const double whole_range = highest * divisor - offset * divisor;
+  const unsigned int bits = bitsOfWholeNumbers(whole_range);
+  if (bits > most_bits)
+    return false;
+  const double range = fixed_range_ > 0.0 ? whole_range : std::exp2(bits) - 1.0;
+  if (is_companded_ && are_counts_)
+    spanNumbers(1.0, range - 1.0, 1.0);
+  else if (is_companded_)
+    spanNumbers(offset, range, 1.0);
+  else
+    spanScale(offset, range / divisor, bits);
+  return true;
 }
 
 void

@@ -7,6 +7,7 @@
 #include <pcl_ext/intensity/intensity_model.h>
 
 #include "voxelizing/common_step.h"
+#include "voxelizing/held_range.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -27,9 +28,11 @@ public:
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit
    * \param[in] step of the intensities of all points
-   * \param[in] may_refit ignore the values of previous frames
+   * \param[in] may_refit ignore the values of previous frames. They are ignored in any
+   * case if the scale is so wide for them that few of its numbers are used
    * \param[out] frame its scale and its symbols are set
-   * \param[out] vanished number of voxels whose value above 0 became 0
+   * \param[out] vanished number of voxels whose value is less than half a step from 0,
+   * but not 0
    * \return number of voxels clamped to an end of the scale
    */
   std::size_t
@@ -66,6 +69,15 @@ private:
                bool may_refit);
 
   void
+  fitScale(const std::vector<double>& values, const CommonStep& step, bool may_refit);
+
+  bool
+  setExactScale(unsigned int divisor, double highest);
+
+  bool
+  isTooWide(const ValueRange& held) const;
+
+  void
   spanScale(double offset, double range, unsigned int automatic_bits);
 
   /** \brief Sets the companded scale of counts, at first, or of shares. */
@@ -97,8 +109,10 @@ private:
   unsigned int fixed_bits_; // 0: automatic
   double fixed_range_;      // 0: automatic
   CommonStep step_;         // of the values that the scale is adapted to
+  bool is_exact_ = false;   // the scale has these values as they are
   double lowest_ = 0.0;     // of these
   double highest_ = 0.0;
+  ValueRange held_; // of the frame
   IntensityScale scale_;
   std::vector<std::uint16_t> levels_; // by number; companded scales only
   std::vector<double> sorted_values_; // see heldRange; a member to reuse its memory

@@ -6,6 +6,7 @@
  */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
+#include <pcl_ext/compression/frame_description.h>
 
 #include "support/forged_frames.h"
 #include "support/unordered_clouds.h"
@@ -131,7 +132,7 @@ expectCloud(CloudEncoder& encoder, FrameDecoder& decoder, const OrganisedCloud& 
     for (std::size_t axis = 0; axis < 3; ++axis)
       EXPECT_NEAR(back.points.positions[point][axis],
                   cloud.coordinates[3 * index + axis],
-                  0.5001 * back.grid.resolution);
+                  0.500001 * back.grid.resolution);
   }
   for (std::size_t i = 0; i < is_there.size(); ++i)
     EXPECT_EQ(is_there[i], std::isfinite(cloud.coordinates[3 * i])) << i;
@@ -248,6 +249,68 @@ TEST_P(OrganisedClouds, OfLidarsTakeFewerBytesInOrder)
       const std::size_t bytes = expectCloud(encoder, decoder, cloud);
       EXPECT_LT(2 * bytes, other.encode(viewOf(cloud), cloud.pose));
     }
+  }
+}
+
+TEST_P(OrganisedClouds, OfLidarsAreWithinHalfAnEdgeAlsoFarAway)
+{
+  // Ranges of 500 to 700 m, by any fraction of an edge of 0.1 mm.
+  std::mt19937_64 random(5);
+  OrganisedCloud cloud{1024, 32, {}};
+  for (std::uint32_t row = 0; row < cloud.height; ++row)
+    for (std::uint32_t column = 0; column < cloud.width; ++column) {
+      const double angle = 2.0 * M_PI * column / cloud.width;
+      const double elevation = 0.017 * row - 0.26;
+      const double range =
+          600.0 + 99.0 * std::sin(3.0 * angle) + 0.01 * uniform(random, -1.0, 1.0);
+      for (const double along : {std::cos(elevation) * std::cos(angle),
+                                 std::cos(elevation) * std::sin(angle),
+                                 std::sin(elevation)})
+        cloud.coordinates.push_back(static_cast<float>(range * along));
+    }
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.resolution = 0.0001;
+  CloudEncoder encoder(settings, IntensityUnit::None);
+  FrameDecoder decoder;
+  decoder.setDecodesVoxels(false); // which reach less far
+  Bytes bytes;
+  ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+  EXPECT_TRUE(back.points.sensor) << "no rays were found";
+  ASSERT_EQ(back.pointCount(), back.cloudSize());
+  for (std::size_t point = 0; point < back.pointCount(); ++point)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(back.points.positions[point][axis],
+                  cloud.coordinates[3 * back.cloudIndex(point) + axis],
+                  0.500001 * settings.resolution);
+}
+
+TEST_P(OrganisedClouds, AfterFarHigherIntensitiesKeepTheirOwn)
+{
+  const OrganisedCloud cloud = lidarCloud(slantedPose(), 3);
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.i_frame_rate = 100;
+  CloudEncoder encoder(settings, IntensityUnit::Native);
+  FrameDecoder decoder;
+  for (const float highest : {1e8f, 1.0f, 0.5f}) {
+    std::vector<float> intensities(cloud.coordinates.size() / 3);
+    for (std::size_t i = 0; i < intensities.size(); ++i)
+      intensities[i] = highest * static_cast<float>(i % 999) / 998.0f;
+    PointView view = viewOf(cloud);
+    view.intensities = intensities.data();
+    view.intensity_stride = sizeof(float);
+    Bytes bytes;
+    ASSERT_TRUE(encoder.encode(view, {cloud.pose}, bytes).ok());
+    EXPECT_EQ(describeFrame(bytes.data(), bytes.size()).is_i_frame, highest >= 1.0f);
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
+    ASSERT_TRUE(back.points.areThere());
+    EXPECT_LT(back.intensity_scale.step, 4e-5f * highest);
+    for (std::size_t point = 0; point < back.pointCount(); ++point)
+      EXPECT_NEAR(back.intensity_scale.value(back.points.intensities[point]),
+                  intensities[back.cloudIndex(point)],
+                  0.501f * back.intensity_scale.step);
   }
 }
 

@@ -14,6 +14,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -271,6 +273,26 @@ cameraCloud()
       point.intensity = 9.0f;
     }
   return cloud;
+}
+
+TEST_F(ProgramFarClouds, ScansOfOtherSizesAreToldBesidesTheFirst)
+{
+  pcl::PointCloud<pcl::PointXYZI> other = cameraCloud();
+  other.resize(80 * 40);
+  other.width = 80;
+  other.height = 40;
+  // The first cloud has no points, from which nothing follows.
+  writeClouds("clouds", {{}, cameraCloud(), other, cameraCloud()});
+  const std::string sizes = "in order, 80 x 60, or in order, 80 x 40";
+  const ProgramRun encoded =
+      expectRun("encode clouds -o x.pcxi -r 0.001 --keep-points --fields all -q");
+  EXPECT_TRUE(hasPart(encoded.output, "points " + sizes + ", edge")) << encoded.output;
+  const ProgramRun info = expectRun("info x.pcxi");
+  EXPECT_TRUE(hasPart(info.output, "| points " + sizes + ", field intensity |"))
+      << info.output;
+  const auto json = nlohmann::json::parse(expectRun("info --json x.pcxi").output);
+  EXPECT_EQ(json["streams"][0]["scan"]["height"], 60);
+  EXPECT_EQ(json["streams"][0]["scan"]["is_one_order"], false);
 }
 
 TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)

@@ -218,6 +218,38 @@ TEST(IntensityQuantiser, NativeScalesGrowAndNeverShrink)
   EXPECT_TRUE(stream.frame.intensity_scale == scale) << "a new scale costs bytes";
 }
 
+TEST(IntensityQuantiser, ScalesThatAreFarTooWideAreFittedAnew)
+{
+  const std::vector<float> fractions{0.1f, 0.7f, 0.3333f, 0.9f, -0.25f};
+  for (const float lowest : {0.0f, -1.0f})
+    for (const IntensityCurve curve :
+         {IntensityCurve::Linear, IntensityCurve::Companded}) {
+      IntensityCompressionSettings settings = settingsOf(1.0);
+      settings.intensity_curve = curve;
+      Stream stream(settings, IntensityUnit::Native);
+      stream.add(row({lowest, 0.3f, 1e8f}));
+      const IntensityScale wide = stream.frame.intensity_scale;
+      stream.add(row({lowest, 0.3f, 3e7f})); // has use for it
+      EXPECT_TRUE(stream.frame.intensity_scale == wide);
+      stream.add(row({0.0f, 0.0f})); // would be the same in any scale
+      EXPECT_TRUE(stream.frame.intensity_scale == wide);
+      std::vector<float> values = fractions;
+      values.back() = lowest;
+      stream.add(row(values));
+      EXPECT_LT(stream.frame.intensity_scale.step, 0.01f);
+      EXPECT_EQ(stream.statistics.intensities_vanished, 0u);
+      if (curve == IntensityCurve::Linear)
+        expectWithinHalfAStep(stream, values);
+    }
+}
+
+TEST(IntensityQuantiser, NegativeValuesThatVanishAreCounted)
+{
+  Stream stream(settingsOf(1.0), IntensityUnit::Native);
+  stream.add(row({-1e8f, 1e8f, 0.0f, 0.3f, -0.3f, 5.0f, -3000.0f}));
+  EXPECT_EQ(stream.statistics.intensities_vanished, 3u); // of a step of 4096
+}
+
 TEST(IntensityQuantiser, ExplicitBitsAndRanges)
 {
   const std::vector<float> intensities{0.0f, 12.5f, 50.0f, 99.0f, 100.0f};

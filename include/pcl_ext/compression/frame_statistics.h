@@ -23,7 +23,7 @@ struct VoxelizationStatistics {
   std::size_t points_behind_sensor = 0;     ///< of negative depth
   std::size_t intensities_not_finite = 0;   ///< points used with intensity 0 instead
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
-  std::size_t intensities_vanished = 0;     ///< voxels above 0 that became 0
+  std::size_t intensities_vanished = 0;     ///< voxels that became as 0 is, but are not
   std::size_t colours_left_out = 0;         ///< points whose colour has no field
   /** \brief Occupied, before any filter; of a scan, whose intensities are those of
    * points, its points. */

@@ -172,8 +172,11 @@ BagEncoding::tryOn(std::size_t number, const StepT& step)
       output_->discard();
       throw;
     }
+    const bool has_frames = streams_[number]->output.has_value();
     console_.error(input_->streams()[number] +
-                   ": its clouds are left out: " + error.what());
+                   (has_frames ? ": its clouds are left out from here on: "
+                               : ": its clouds are left out: ") +
+                   error.what());
     streams_[number]->is_refused = true;
   }
 }

@@ -30,7 +30,7 @@ describePoints(const EncodedSums& sums, double resolution)
   const std::size_t in_voxels = sums.encoded_points - sums.points_in_order;
   std::string text;
   if (sums.points_in_order > 0)
-    text = counted(sums.points_in_order, "point") + " " + sums.order +
+    text = counted(sums.points_in_order, "point") + " " + sums.orders.describe() +
            (in_voxels > 0 ? ", and " : ", edge " + edge.str() + " m");
   if (sums.points_in_order > 0 && in_voxels == 0)
     return text;

@@ -133,8 +133,8 @@ describeAttributes(const StreamFigures& stream)
     add("intensity " + std::to_string(stream.intensity_bits) + " bits");
   if (stream.colour_bits > 0)
     add("colours " + std::to_string(stream.colour_bits) + " bits");
-  if (stream.scan.width > 0)
-    add("points " + inOrder(stream.scan, stream.is_organised, stream.is_row_by_row));
+  if (!stream.orders.empty())
+    add("points " + stream.orders.describe());
   else if (stream.has_point_counts)
     add("numbers of points");
   for (const io::FieldDescription& field : stream.fields)
@@ -258,7 +258,8 @@ toJson(const StreamFigures& stream)
   json["scan"] = {{"width", stream.scan.width},
                   {"height", stream.scan.height},
                   {"is_organised", stream.is_organised},
-                  {"is_row_by_row", stream.is_row_by_row}};
+                  {"is_row_by_row", stream.is_row_by_row},
+                  {"is_one_order", stream.orders.areOne()}};
   json["fields"] = nlohmann::ordered_json::array();
   for (const io::FieldDescription& field : stream.fields)
     json["fields"].push_back({{"name", printable(field.name)},

@@ -3,6 +3,8 @@
 
 #include "console/interruption.h"
 
+#include <algorithm>
+
 namespace pcl_ext {
 namespace tools {
 
@@ -10,6 +12,39 @@ namespace {
 
 using io::FrameDescription;
 using recording::RecordedFrame;
+
+/** \brief Adds what an I-frame has. */
+void
+addContent(const FrameDescription& header, StreamFigures& figures)
+{
+  // One of a cloud without points has what its encoder would have without a scan.
+  const bool has_points = header.points > 0 || header.voxels > 0;
+  if (!has_points && figures.has_points)
+    return;
+  if (has_points && !figures.has_points) {
+    figures.has_points = true;
+    figures.intensity_bits = 0;
+    figures.colour_bits = 0;
+    figures.has_point_counts = false;
+    figures.fields.clear();
+  }
+  if (header.has_points && figures.orders.empty()) {
+    figures.scan = header.scan;
+    figures.is_organised = header.is_organised;
+    figures.is_row_by_row = header.is_row_by_row;
+  }
+  if (has_points)
+    figures.orders.add(header);
+  figures.intensity_bits =
+      std::max(figures.intensity_bits, header.intensity_scale.bits);
+  figures.colour_bits = std::max(figures.colour_bits, header.colour_bits);
+  figures.has_point_counts |= header.has_point_counts;
+  for (const io::FieldDescription& field : header.fields)
+    if (std::none_of(figures.fields.begin(),
+                     figures.fields.end(),
+                     [&field](const auto& other) { return other.name == field.name; }))
+      figures.fields.push_back(field);
+}
 
 void
 addFrame(const RecordedFrame& frame, StreamFigures& figures)
@@ -39,15 +74,9 @@ addFrame(const RecordedFrame& frame, StreamFigures& figures)
     figures.resolution = resolution;
     figures.format = header.format;
     figures.effort = header.effort;
-    figures.intensity_bits = header.intensity_scale.bits;
-    figures.colour_bits = header.colour_bits;
-    figures.has_point_counts = header.has_point_counts;
-    figures.fields = header.fields;
-    figures.scan = header.scan;
-    figures.is_organised = header.is_organised;
-    figures.is_row_by_row = header.is_row_by_row;
   }
   figures.has_one_resolution &= figures.resolution == resolution;
+  addContent(header, figures);
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "console/console.h"
 #include "inputs/recording_input.h"
 #include "streams/loss_count.h"
+#include "streams/point_orders.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -33,12 +34,15 @@ struct StreamFigures {
   double resolution = 0.0; ///< metres, of the first I-frame; 0: there is none
   bool has_one_resolution = true;
   io::StreamFormat format = io::StreamFormat::Version1;
-  io::Effort effort = io::Effort::Fast; ///< of the first I-frame, as the following
+  io::Effort effort = io::Effort::Fast; ///< of the first I-frame, as the format
+  bool has_points = false;              ///< in any I-frame
+  /** \brief Of the I-frames with points: the most bits, and all fields. */
   unsigned int intensity_bits = 0;
   unsigned int colour_bits = 0;
   bool has_point_counts = false;
   std::vector<io::FieldDescription> fields;
-  io::ImageSize scan; ///< size of it
+  PointOrders orders; ///< of scans
+  io::ImageSize scan; ///< size of the first one
   bool is_organised = false;
   bool is_row_by_row = false;
   std::string frame_id;

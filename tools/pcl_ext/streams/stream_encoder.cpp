@@ -79,8 +79,7 @@ EncodedSums::operator+=(const EncodedSums& part)
   points += part.points;
   encoded_points += part.encoded_points;
   points_in_order += part.points_in_order;
-  if (order.empty())
-    order = part.order;
+  orders.add(part.orders);
   voxels += part.voxels;
   outliers += part.outliers;
   judged_by |= part.judged_by;
@@ -193,11 +192,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     noteOrder(encoded, bytes.size());
   }
   EncodedSums sums = sumsOf(statistics, bytes.size());
-  if (sums.points_in_order > 0 && sums_.order.empty()) {
-    const io::FrameDescription frame = io::describeFrame(bytes.data(), bytes.size());
-    if (frame.is_i_frame)
-      sums.order = inOrder(frame.scan, frame.is_organised, frame.is_row_by_row);
-  }
+  if (sums.points_in_order > 0)
+    sums.orders.add(io::describeFrame(bytes.data(), bytes.size()));
   sums.point_bytes = sums.encoded_points * cloud.point_step;
   // What the rate control changes is told at the end.
   if (status.hasWarning() && status.message().rfind("rate control: ", 0) != 0) {

@@ -4,6 +4,7 @@
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "options/encoding_options.h"
+#include "streams/point_orders.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -28,7 +29,7 @@ struct EncodedSums {
   std::size_t points = 0;          ///< finite ones of these
   std::size_t encoded_points = 0;  ///< in frames
   std::size_t points_in_order = 0; ///< of these: in scans, which have no voxels
-  std::string order;               ///< of the first scan: see inOrder()
+  PointOrders orders;              ///< of these
   std::size_t voxels = 0;
   std::size_t outliers = 0; ///< voxels that --remove-outliers removed
   /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
