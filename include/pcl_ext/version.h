@@ -3,6 +3,10 @@
 
 #include <pcl_ext/export.h>
 
+#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
+#error "pcl_ext needs C++17: compile with -std=c++17 or a later standard"
+#endif
+
 /** \file
  * \brief The version of these headers, and that of the library which a program has
  * loaded. Libraries of one minor version can take each other's place.

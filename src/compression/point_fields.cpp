@@ -6,6 +6,25 @@
 namespace pcl_ext::PCL_EXT_ABI::io {
 namespace detail {
 
+namespace {
+
+/** \brief Whether frames have fields of its datatype; not of bool or 64-bit integers. */
+bool
+hasFieldType(const pcl::PCLPointField& field)
+{
+  return field.datatype >= pcl::PCLPointField::INT8 &&
+         field.datatype <= pcl::PCLPointField::FLOAT64;
+}
+
+/** \brief The same 32 bits, whatever their type. */
+bool
+isColour(const std::string& name)
+{
+  return name == "rgb" || name == "rgba";
+}
+
+} // namespace
+
 void
 PointFields::add(const char* name,
                  std::size_t offset,
@@ -17,8 +36,7 @@ PointFields::add(const char* name,
   field.offset = static_cast<pcl::uindex_t>(offset);
   field.datatype = datatype;
   field.count = count;
-  if (field.name != "x" && field.name != "y" && field.name != "z" &&
-      datatype >= pcl::PCLPointField::INT8 && datatype <= pcl::PCLPointField::FLOAT64)
+  if (field.name != "x" && field.name != "y" && field.name != "z")
     fields_.push_back(field);
 }
 
@@ -42,9 +60,11 @@ PointFields::set(const VoxelFrame& frame, void* points, std::size_t stride) cons
 {
   for (const FrameField& field : frame.fields)
     for (const pcl::PCLPointField& target : fields_) {
-      if (target.name != field.name)
+      const bool are_colours = isColour(target.name) && isColour(field.name);
+      if ((target.name != field.name && !are_colours) || !hasFieldType(target))
         continue;
-      const auto type = static_cast<FieldType>(target.datatype);
+      const auto type =
+          are_colours ? field.type : static_cast<FieldType>(target.datatype);
       auto* const first = static_cast<unsigned char*>(points) + target.offset;
       const std::size_t count = frame.pointCount();
       for (std::size_t i = 0; i < count; ++i)

@@ -122,24 +122,52 @@ CloudVoxelizer::fitCoordinateStep(PointBatches& points)
   if (unit_ == IntensityUnit::Share || settings_.format != StreamFormat::Version1 ||
       settings_.origin || settings_.bounding_box)
     return false;
-  // Not changed to and fro, as a change takes an I-frame.
-  const double largest =
-      is_i_frame_due_ ? std::numeric_limits<double>::infinity() : coordinate_step_;
-  constexpr auto most_multiples = static_cast<double>(lattice_end - 1);
-  const double step = findCoordinateStep(points,
-                                         settings_.resolution,
-                                         settings_.use_coordinate_step,
-                                         largest,
-                                         most_multiples);
-  if (!std::isnan(step) && step != coordinate_step_) {
+  const std::array<double, 3> middle = middle_;
+  const double step = findStep(points);
+  if (!std::isnan(step) && (step != coordinate_step_ || middle != middle_)) {
+    std::array<double, 3> origin;
+    for (std::size_t axis = 0; step > 0.0 && axis < 3; ++axis)
+      origin[axis] = (std::round(middle_[axis] / step) - 0.5) * step;
     if (step > 0.0)
-      takeEdge(step, std::array<double, 3>{-step / 2.0, -step / 2.0, -step / 2.0});
+      takeEdge(step, origin);
     else
       takeEdge(settings_.resolution, settings_.origin);
     coordinate_step_ = step;
     doublings_ = 0;
   }
   return coordinate_step_ > 0.0;
+}
+
+/** \brief The step whose multiples the coordinates are, see findCoordinateStep(). Where an
+ * I-frame is due multiples may be counted from near the cloud, if it is far away. */
+double
+CloudVoxelizer::findStep(PointBatches& points)
+{
+  // Not changed to and fro, as a change takes an I-frame.
+  const double largest =
+      is_i_frame_due_ ? std::numeric_limits<double>::infinity() : coordinate_step_;
+  constexpr auto most_multiples = static_cast<double>(lattice_end - 1);
+  const auto step_around = [&](const std::array<double, 3>& middle) {
+    return findCoordinateStep(points,
+                              settings_.resolution,
+                              settings_.use_coordinate_step,
+                              largest,
+                              most_multiples,
+                              middle);
+  };
+  const double step = step_around(middle_);
+  if (step != 0.0 || !is_i_frame_due_) // also NaN
+    return step;
+  std::array<double, 3> middle = anyPoint(points);
+  for (double& along : middle)
+    if (std::abs(along) < most_multiples / 2.0 * settings_.resolution)
+      along = 0.0;
+  if (middle == middle_)
+    return step;
+  const double of_far_cloud = step_around(middle);
+  if (of_far_cloud > 0.0)
+    middle_ = middle;
+  return of_far_cloud;
 }
 
 /** \brief Voxelizes with so few doublings that all points are on the grid, or, if some

@@ -81,6 +81,9 @@ private:
   bool
   fitCoordinateStep(PointBatches& points);
 
+  double
+  findStep(PointBatches& points);
+
   void
   voxelizeWide(PointBatches& points, VoxelFrame& frame);
 
@@ -92,6 +95,9 @@ private:
   Voxelizer voxelizer_;
   unsigned int doublings_ = 0;   // of the resolution of voxelizer_
   double coordinate_step_ = 0.0; // its resolution, metres, if above 0
+  /** \brief Multiples of it are counted from near here, metres: from the world's origin,
+   * if that is near. */
+  std::array<double, 3> middle_{};
   // Of the last cloud:
   bool is_i_frame_due_ = true; // whether or not it has changed
   bool has_changed_ = false;

@@ -19,13 +19,14 @@ enum class Match { Some, All, NoPoints };
  * \param[in] points the cloud
  * \param[in] step metres
  * \param[in] tolerance metres
- * \param[in] most_multiples see findCoordinateStep()
+ * \param[in] most_multiples, middle see findCoordinateStep()
  */
 Match
 matchMultiples(PointBatches& points,
                double step,
                double tolerance,
-               double most_multiples)
+               double most_multiples,
+               const std::array<double, 3>& middle)
 {
   const double inverse = 1.0 / step;
   const double tolerated = tolerance / step;
@@ -41,7 +42,7 @@ matchMultiples(PointBatches& points,
       result = Match::All;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double steps = static_cast<double>(point[axis]) * inverse;
-        if (!(std::abs(steps) < most_multiples &&
+        if (!(std::abs(steps - middle[axis] * inverse) < most_multiples &&
               std::abs(steps - ((steps + rounding) - rounding)) <= tolerated))
           return false;
       }
@@ -58,19 +59,39 @@ matchMultiples(PointBatches& points,
 
 } // namespace
 
+std::array<double, 3>
+anyPoint(PointBatches& points)
+{
+  std::array<double, 3> any{};
+  bool is_found = false;
+  const auto look_at = [&](const auto* point) {
+    if (is_found || !isFinite(point))
+      return;
+    is_found = true;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      any[axis] = static_cast<double>(point[axis]);
+  };
+  points.restart();
+  for (PointView view; !is_found && points.next(view);)
+    visitPoints(view, look_at);
+  return any;
+}
+
 double
 findCoordinateStep(PointBatches& points,
                    double resolution,
                    bool may_be_larger,
                    double largest,
-                   double most_multiples)
+                   double most_multiples,
+                   const std::array<double, 3>& middle)
 {
   constexpr std::array<double, 10> larger_steps = {
       0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0002, 0.0001};
   const auto match_or_none = [&](double step, double tolerance) {
-    const Match match = step > largest
-                            ? Match::Some
-                            : matchMultiples(points, step, tolerance, most_multiples);
+    const Match match =
+        step > largest
+            ? Match::Some
+            : matchMultiples(points, step, tolerance, most_multiples, middle);
     return match == Match::NoPoints ? std::numeric_limits<double>::quiet_NaN()
            : match == Match::All    ? step
                                     : 0.0;

@@ -40,7 +40,8 @@ findRing(const std::vector<FieldT>& fields)
 {
   for (const char* const name : ring_names)
     for (std::size_t i = 0; i < fields.size(); ++i)
-      if (descriptionOf(fields[i]).name == name && descriptionOf(fields[i]).count == 1)
+      if (descriptionOf(fields[i]).name == name &&
+          descriptionOf(fields[i]).count == 1 && isField(descriptionOf(fields[i])))
         return i;
   return std::nullopt;
 }

@@ -7,6 +7,7 @@
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
 #include "support/cloud_streams.h"
+#include "support/text_parts.h"
 
 #include <pcl/point_types.h>
 #include <pcl/register_point_struct.h>
@@ -39,6 +40,21 @@ POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZIRT,
                                   (std::uint16_t, ring, ring)
                                   (double, timestamp, timestamp)
                                   (float[4], descriptor, descriptor))
+// clang-format on
+
+/** \brief A point with a clock, which frames have no field for. */
+struct PointXYZClock {
+  PCL_ADD_POINT4D
+  std::uint64_t clock;
+  std::uint16_t ring;
+  PCL_MAKE_ALIGNED_OPERATOR_NEW
+} EIGEN_ALIGN16;
+
+// clang-format off
+POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZClock,
+                                  (float, x, x)(float, y, y)(float, z, z)
+                                  (std::uint64_t, clock, clock)
+                                  (std::uint16_t, ring, ring))
 // clang-format on
 
 namespace {
@@ -123,6 +139,23 @@ TEST(ClassFields, GoToFieldsOfOtherTypesByName)
   EXPECT_EQ(intensities, sent_intensities);
 }
 
+TEST(ClassFields, OfOtherTypesThanFramesHaveAreRefusedByNameAndNotAmongAll)
+{
+  pcl::PointCloud<PointXYZClock>::Ptr cloud(new pcl::PointCloud<PointXYZClock>);
+  cloud->resize(1);
+  cloud->front().ring = 7;
+  using Compressor = OctreePointCloudIntensityCompression<PointXYZClock>;
+  IntensityCompressionSettings settings;
+  settings.fields = {{"clock"}};
+  std::stringstream stream;
+  EXPECT_TRUE(pcl_ext::test::hasPart(
+      Compressor(settings).encodePointCloud(cloud, stream).message(),
+      "field 'clock' cannot be kept: its type"));
+  settings.fields = {{all_fields}};
+  const auto received = roundTrip(Compressor(settings), Compressor(), cloud);
+  EXPECT_EQ(received->front().ring, 7);
+}
+
 TEST(ClassFields, StayThoseOfTheStreamInAnEmptyCloud)
 {
   IntensityCompressionSettings settings;
@@ -170,6 +203,26 @@ TEST(ClassFields, OfColoursAreExactWhereAllAreMeant)
       SCOPED_TRACE(std::to_string(colour_bits) + " bits, " + std::to_string(spacing));
       expectColoursOfPoints(colour_bits, spacing);
     }
+}
+
+TEST(ClassFields, OfColoursGoToTypesThatNameThemOtherwise)
+{
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGB>);
+  std::multiset<std::uint32_t> sent;
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    pcl::PointXYZRGB& point = cloud->emplace_back(0.1f, 0.2f, 0.3f);
+    point.rgba = 0xff000000u + 76543 * i;
+    sent.insert(point.rgba);
+  }
+  IntensityCompressionSettings settings;
+  settings.keep_points = true;
+  settings.fields = {{all_fields}};
+  using Encoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
+  using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
+  std::multiset<std::uint32_t> received;
+  for (const auto& point : *roundTrip(Encoder(settings), Decoder(), cloud))
+    received.insert(point.rgba);
+  EXPECT_EQ(received, sent);
 }
 
 TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)

@@ -144,6 +144,27 @@ TEST_F(CoordinateSteps, OfTheResolutionAreNotUsedWithAnOrigin)
   EXPECT_EQ(frame().grid.origin, *settings_.origin);
 }
 
+TEST_F(CoordinateSteps, MayBeFarFromTheOrigin)
+{
+  // More than 2^20 multiples, which floats hold.
+  settings_.resolution = 1.0 / 128.0;
+  settings_.use_coordinate_step = false;
+  encode(settings_.resolution, 100000.0);
+  EXPECT_EQ(centres(), points_);
+  const auto origin = frame().grid.origin;
+  for (int i = 0; i < 6; ++i) { // with I-frames
+    encode(settings_.resolution, 100000.0 + i);
+    EXPECT_EQ(centres(), points_);
+    EXPECT_EQ(frame().grid.origin, origin);
+  }
+  for (int i = 0; i < 5; ++i) // until an I-frame
+    encode(settings_.resolution, -50000.0);
+  EXPECT_EQ(centres(), points_);
+  for (int i = 0; i < 5; ++i)
+    encode(settings_.resolution, 0.0);
+  EXPECT_EQ(centres(), points_);
+}
+
 TEST_F(CoordinateSteps, OfDoublesAreFound)
 {
   const std::array<double, 6> points{0.001, -2.5, 3.017, 0.002, 1.25, -0.009};

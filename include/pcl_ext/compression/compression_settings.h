@@ -185,7 +185,7 @@ struct StreamSettings {
    * not coded, about which the status of each coloured cloud warns unless this is 0. */
   unsigned int colour_bits = 6;
 
-  /** \brief Keep all points, so that a decoded cloud has as many as the encoded one.
+  /** \brief Keep all points, so that a decoded cloud has as many finite ones as the encoded one.
    *
    * A cloud is coded as a scan where that takes hardly more bytes than voxels do, at most
    * 5 % and 256. Its points come back in the order of the cloud, those of a lidar whose

@@ -39,10 +39,14 @@ struct CodedFrameStatistics {
                                   ///< none, its points
   std::size_t bytes = 0;          ///< the whole frame
   std::size_t header_bytes = 0;   ///< of these: frame header
-  std::size_t occupancy_bytes = 0; ///< of these: which voxels are occupied; all
-                                   ///< of the payload of a frame of changes; padding
-  std::size_t intensity_bytes = 0; ///< of these: the voxels' intensities
-  std::size_t attribute_bytes = 0; ///< of these: what else a voxel has
+  /** \brief Of these: which voxels are occupied, and of effort fast without a depth model
+   * their intensities, which are coded with them; of a scan where its points are; padding.
+   * All of the payload of a frame of changes, and of a decoded scan. */
+  std::size_t occupancy_bytes = 0;
+  /** \brief Of these: the voxels' intensities, unless they are above or beside numbers of
+   * points; of an encoded scan all that its points have. */
+  std::size_t intensity_bytes = 0;
+  std::size_t attribute_bytes = 0; ///< of these: what else a voxel or its points have
   std::size_t skipped_bytes = 0;   ///< decoding: bytes skipped before the frame
   /** \brief Whether it is coded as points in the order of their sensor; see
    * VoxelFrame::points. */

@@ -71,6 +71,19 @@ setNativeIntensity([[maybe_unused]] PointT& point, [[maybe_unused]] float intens
 
 namespace detail {
 
+/** \brief Whether y follows x and z follows y, as far as they are registered. */
+template <typename PointT>
+constexpr bool
+areConsecutive()
+{
+  if constexpr (pcl::traits::has_xyz<PointT>::value) {
+    constexpr std::size_t x = pcl::traits::offset<PointT, pcl::fields::x>::value;
+    return pcl::traits::offset<PointT, pcl::fields::y>::value == x + sizeof(float) &&
+           pcl::traits::offset<PointT, pcl::fields::z>::value == x + 2 * sizeof(float);
+  }
+  return true;
+}
+
 /** \brief Offset of a point's colour, bytes. */
 template <typename PointT>
 constexpr std::size_t
@@ -137,6 +150,10 @@ pointViewOf(const PointT* points, std::size_t count)
           sizeof(PointT) % sizeof(float) == 0,
       "the point type needs float x, y, z and a size of whole floats; copy the "
       "cloud into a type of PCL's with pcl::copyPointCloud");
+  static_assert(
+      detail::areConsecutive<PointT>(),
+      "the point type needs x, y and z one after the other; copy the cloud into a "
+      "type of PCL's with pcl::copyPointCloud");
   io::PointView view;
   view.count = count;
   view.coordinates = &points->x;
