@@ -13,25 +13,29 @@
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-/** \brief By axis, coordinate and whether a face is crossed: the cells of a block that
- * are at most one voxel away from a cell along the axis, of its own block or of the
- * next one. */
-using CellsNear = std::array<std::array<std::array<std::uint64_t, 2>, 4>, 3>;
+/** \brief By cell and the axes on which a face is crossed, a bit for each: the cells, of
+ * its own block or of the next one, that are at most one voxel away, without itself. */
+using CellsNear = std::array<std::array<std::uint64_t, 8>, io::block_cells>;
 
 constexpr CellsNear
 makeCellsNear()
 {
   CellsNear cells{};
-  for (unsigned int axis = 0; axis < 3; ++axis)
-    for (unsigned int from = 0; from < 4; ++from)
-      for (unsigned int cell = 0; cell < io::block_cells; ++cell) {
-        const unsigned int to =
+  // Each offset, as the position in four blocks of which the cell is in the middle ones.
+  for (unsigned int cell = 0; cell < io::block_cells; ++cell)
+    for (unsigned int offset = 0; offset < 27; ++offset) {
+      unsigned int crossed = 0;
+      unsigned int other = 0;
+      for (unsigned int axis = 0, rest = offset; axis < 3; ++axis, rest /= 3) {
+        const unsigned int at =
             (cell >> (5 - axis) & 1) << 1 | (cell >> (2 - axis) & 1);
-        const std::uint64_t bit = std::uint64_t{1} << cell;
-        cells[axis][from][0] |= to + 1 >= from && to <= from + 1 ? bit : 0;
-        cells[axis][from][1] |=
-            (from == 0 && to == 3) || (from == 3 && to == 0) ? bit : 0;
+        const unsigned int to = at + rest % 3 + 3; // 4..7 in the cell's block
+        crossed |= (to < 4 || to > 7 ? 1u : 0u) << axis;
+        other |= (to >> 1 & 1) << (5 - axis) | (to & 1) << (2 - axis);
       }
+      if (other != cell)
+        cells[cell][crossed] |= std::uint64_t{1} << other;
+    }
   return cells;
 }
 
@@ -49,7 +53,11 @@ public:
   void
   assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
   {
-    levels_ = io::levelsAboveBlocks(depth);
+    // Bits of x, y and z; x is the highest of each three.
+    const std::uint64_t all =
+        (std::uint64_t{1} << 3 * io::levelsAboveBlocks(depth)) - 1;
+    axes_ = {
+        0x4924924924924924 & all, 0x2492492492492492 & all, 0x9249249249249249 & all};
     nodes_.assign(keys);
     directory_.assign(nodes_.keys);
   }
@@ -61,11 +69,12 @@ public:
     const std::uint32_t node = directory_.find(block >> io::block_key_bits);
     if (node == io::BlockDirectory::not_found)
       return 0;
-    const std::uint64_t bit = std::uint64_t{1} << block % io::block_cells;
+    // Without a branch, which would be mispredicted.
     const std::uint64_t blocks = nodes_.masks[node];
-    return (blocks & bit) == 0
-               ? 0
-               : set[nodes_.first_voxels[node] + bitCount(blocks & (bit - 1))];
+    const std::uint64_t is_there = 0 - (blocks >> block % io::block_cells & 1);
+    const std::uint64_t before =
+        blocks & ((std::uint64_t{1} << block % io::block_cells) - 1);
+    return set[(nodes_.first_voxels[node] + bitCount(before)) & is_there] & is_there;
   }
 
   /** \brief Number of the 26 voxels around a voxel that are in a set.
@@ -73,7 +82,7 @@ public:
    * \param[in] key of the voxel
    * \param[in] enough counting ends when it has reached this number
    */
-  unsigned int
+  PCL_EXT_NEVER_INLINE unsigned int
   count(const std::vector<std::uint64_t>& set,
         std::uint64_t own,
         std::uint64_t key,
@@ -81,34 +90,33 @@ public:
   {
     const std::uint64_t block = key >> io::block_key_bits;
     const auto cell = static_cast<unsigned int>(key % io::block_cells);
-    const std::array<unsigned int, 3> at = {(cell >> 5 & 1) << 1 | (cell >> 2 & 1),
-                                            (cell >> 4 & 1) << 1 | (cell >> 1 & 1),
-                                            (cell >> 3 & 1) << 1 | (cell & 1)};
-    unsigned int number =
-        bitCount(own & ~(std::uint64_t{1} << cell) & cells_near[0][at[0]][0] &
-                 cells_near[1][at[1]][0] & cells_near[2][at[2]][0]);
+    const std::array<std::uint64_t, 8>& near = cells_near[cell];
+    unsigned int number = bitCount(own & near[0]);
     if (number >= enough)
       return number;
     // A bit for each axis on which the next block is near, and how its key differs.
     unsigned int edges = 0;
     std::array<std::uint64_t, 3> differences{};
     for (unsigned int axis = 0; axis < 3; ++axis) {
-      std::uint64_t next = block;
-      if ((at[axis] == 0 && io::neighbourBlock(block, axis, levels_, next)) ||
-          (at[axis] == 3 && io::neighbourBlock(block, axis + 3, levels_, next)))
-        edges |= 1u << axis;
-      differences[axis] = next ^ block;
+      const std::uint64_t is_above = 0 - std::uint64_t{cell >> (5 - axis) & 1};
+      const std::uint64_t position = block & axes_[axis];
+      // Carries and borrows pass the bits of the other axes.
+      const std::uint64_t one = std::uint64_t{4} >> axis;
+      const std::uint64_t next = (position | (~axes_[axis] & is_above)) +
+                                 ((one & is_above) - (one & ~is_above));
+      differences[axis] = (next & axes_[axis]) ^ position;
+      edges |=
+          static_cast<unsigned int>((~(cell >> (5 - axis) ^ cell >> (2 - axis)) & 1 &
+                                     (position != (axes_[axis] & is_above) ? 1u : 0u))
+                                    << axis);
     }
-    // The non-empty subsets of the edges.
-    for (unsigned int crossed = edges; crossed != 0 && number < enough;
-         crossed = (crossed - 1) & edges) {
+    // The non-empty subsets of the edges, faces first.
+    for (unsigned int crossed = edges & (0 - edges); crossed != 0 && number < enough;
+         crossed = (crossed - edges) & edges) {
       std::uint64_t other = block;
       for (unsigned int axis = 0; axis < 3; ++axis)
         other ^= differences[axis] & (0 - std::uint64_t{crossed >> axis & 1});
-      const std::uint64_t near =
-          maskOf(set, other) & cells_near[0][at[0]][crossed & 1] &
-          cells_near[1][at[1]][crossed >> 1 & 1] & cells_near[2][at[2]][crossed >> 2];
-      number += near == 0 ? 0 : bitCount(near);
+      number += bitCount(maskOf(set, other) & near[crossed]);
     }
     return number;
   }
@@ -116,7 +124,7 @@ public:
   /** \brief Those of some cells of a block, none of a set, that have a voxel of the set
    * among the 26 around them.
    * \param[in] own the cells of the block that are in the set */
-  std::uint64_t
+  PCL_EXT_NEVER_INLINE std::uint64_t
   nextTo(const std::vector<std::uint64_t>& set,
          std::uint64_t own,
          std::uint64_t block,
@@ -133,8 +141,8 @@ public:
   }
 
 private:
-  unsigned int levels_ = 0;
-  io::BlockList nodes_; // whose voxels are the blocks
+  std::array<std::uint64_t, 3> axes_{}; // the bits of x, y and z of a block's key
+  io::BlockList nodes_;                 // whose voxels are the blocks
   io::BlockDirectory directory_;
 };
 
@@ -152,11 +160,20 @@ public:
     around_.assign(blocks_.keys, depth);
   }
 
-  /** \brief Removes the voxels, and releases memory. */
+  /** \brief Sets the voxels to those, twice as wide, that have voxels of another set.
+   * \param[in] depth of their grid */
   void
-  releaseMemory()
+  assignOctants(const BlockNeighbours& finer, unsigned int depth)
   {
-    *this = BlockNeighbours();
+    blocks_.clear();
+    for (std::size_t i = 0; i < finer.blocks_.size(); ++i) {
+      const std::uint64_t key = finer.blocks_.keys[i] >> 3;
+      const std::uint64_t octants = io::occupiedOctants(finer.blocks_.masks[i]);
+      if (blocks_.keys.empty() || blocks_.keys.back() != key)
+        blocks_.append(key, 0, static_cast<std::uint32_t>(blocks_.voxelCount()));
+      blocks_.masks.back() |= octants << 8 * (finer.blocks_.keys[i] & 7);
+    }
+    around_.assign(blocks_.keys, depth);
   }
 
   /** \brief Their blocks. */

@@ -3,20 +3,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-void
-SurfaceSupport::assign(const io::VoxelFrame& frame, unsigned int level)
-{
-  if (level == 0) {
-    levels_[0].occupied.assign(frame.keys, frame.grid.depth);
-    return;
-  }
-  coarse_keys_.clear();
-  for (const std::uint64_t key : frame.keys)
-    if (coarse_keys_.empty() || coarse_keys_.back() != key >> 3 * level)
-      coarse_keys_.push_back(key >> 3 * level);
-  levels_[level].occupied.assign(coarse_keys_, frame.grid.depth - level);
-}
-
 /** \brief The level at which surfaces at a distance have enough neighbours. */
 unsigned int
 SurfaceSupport::levelAt(std::uint64_t distance) const

@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI {
 
@@ -120,8 +119,12 @@ public:
       if (!is_used || (level > 0 && frame.grid.depth <= level))
         return;
       highest_ = level;
-      assign(frame, level);
       Level& around = levels_[level];
+      if (level == 0)
+        around.occupied.assign(frame.keys, frame.grid.depth);
+      else
+        around.occupied.assignOctants(levels_[level - 1].occupied,
+                                      frame.grid.depth - level);
       around.density.age();
       for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
         around.density.add(distance_of(frame.keys[i]),
@@ -135,8 +138,7 @@ public:
   releaseMemory()
   {
     for (Level& level : levels_)
-      level.occupied.releaseMemory();
-    coarse_keys_ = std::vector<std::uint64_t>();
+      level.occupied = BlockNeighbours();
   }
 
   /** \brief True if a frame does not hit all voxels of a surface at a distance. */
@@ -154,19 +156,13 @@ public:
   Support
   of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const;
 
-  /** \brief True if the frame has a neighbour of a voxel. */
-  bool
-  hasNeighbour(std::uint64_t key) const
-  {
-    return levels_[0].occupied.count(key, 1) != 0;
-  }
-
   /** \brief True if the frame has a voxel in one of the 27 coarse voxels of level 1
-   * around a voxel, or one of its 26 neighbours where a grid has no coarse voxels. */
+   * around a voxel, or around it where a grid has no coarse voxels. */
   bool
   hasCoarseNeighbour(std::uint64_t key) const
   {
-    return highest_ > 0 ? levels_[1].occupied.isNear(key >> 3) : hasNeighbour(key);
+    const unsigned int level = std::min(highest_, 1u);
+    return levels_[level].occupied.isNear(key >> 3 * level);
   }
 
   /** \brief The level of the coarsest voxels in use. */
@@ -197,15 +193,11 @@ private:
     SurfaceDensity density;
   };
 
-  void
-  assign(const io::VoxelFrame& frame, unsigned int level);
-
   unsigned int
   levelAt(std::uint64_t distance) const;
 
   std::array<Level, level_count> levels_; // coarse voxels are 2^level voxels wide
   unsigned int highest_ = 0;              // that is in use
-  std::vector<std::uint64_t> coarse_keys_;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI
