@@ -15,10 +15,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-/** \brief What a sensor sees at the place of a voxel: nothing in its direction, something
- * farther in all of it, something nearer, or something there. */
-enum class Sight { Unknown, Free, Hidden, Surface };
-
 /** \brief How far a sensor sees in each direction, in voxels, by the voxels of a frame. */
 class SeenDepths {
 public:
@@ -55,9 +51,9 @@ public:
         block_key = key - cell;
         block = io::voxelPosition(block_key);
       }
-      const io::VoxelPosition in_block = io::voxelPosition(cell);
+      const std::uint32_t bits = io::detail::axis_bits[cell];
       const auto [x, y, z] = fromSensor(
-          {block.x + in_block.x, block.y + in_block.y, block.z + in_block.z});
+          {block.x + (bits & 7), block.y + (bits >> 3 & 7), block.z + (bits >> 6)});
       batch[0][count] = x;
       batch[1][count] = y;
       batch[2][count] = z;
@@ -69,13 +65,6 @@ public:
     depths_.add(batch, count, least_depth);
   }
 
-  /** \brief Releases memory that assign() allocates again. */
-  void
-  releaseMemory()
-  {
-    *this = SeenDepths();
-  }
-
   /** \brief True if a voxel of the frame is farther than others in its direction, so
    * that the sensor cannot be at its position. */
   bool
@@ -85,27 +74,27 @@ public:
     return at.depth >= least_depth && depths_[at.square] + margin < at.depth;
   }
 
-  /** \brief What the sensor sees at the place of a voxel, by what is nearest in the
-   * direction of the voxel and around.
+  /** \brief True if the sensor sees that there is nothing at the place of a voxel: all
+   * that is in its direction and around is farther.
    * \param[in] rays that end where the frame has no points, from the same position,
-   * metres */
-  Sight
-  sightOf(std::uint64_t key, const DirectionDepths& rays) const
+   * metres
+   * \param[in] or_hidden whether it is true, too, if something is nearer */
+  bool
+  isEmpty(std::uint64_t key, const DirectionDepths& rays, bool or_hidden) const
   {
     const Direction at = directionOf(key);
     if (at.depth < least_depth)
-      return Sight::Unknown;
+      return false;
     // Half of a voxel, in squares.
     const std::uint32_t radius = at.depth <= 28.0f    ? 3
                                  : at.depth <= 51.0f  ? 2
                                  : at.depth <= 256.0f ? 1
                                                       : 0;
-    const float nearest = std::min(depths_.leastAround(at.square, radius),
-                                   rays.leastAround(at.square, radius) / edge_);
-    return nearest == DirectionDepths::unseen ? Sight::Unknown
-           : nearest > at.depth + margin      ? Sight::Free
-           : nearest + margin < at.depth      ? Sight::Hidden
-                                              : Sight::Surface;
+    float nearest = depths_.leastAround(at.square, radius);
+    if (or_hidden || nearest > at.depth + margin)
+      nearest = std::min(nearest, rays.leastAround(at.square, radius) / edge_);
+    return nearest != DirectionDepths::unseen &&
+           (nearest > at.depth + margin || (or_hidden && nearest + margin < at.depth));
   }
 
   /** \brief Square of the distance of a voxel from the sensor, in voxels; the sensor's

@@ -7,6 +7,7 @@
 #include "outliers/block_neighbours.h"
 #include "outliers/frame_ticks.h"
 #include "outliers/surface_support.h"
+#include "outliers/tracked_voxels.h"
 
 #include <algorithm>
 #include <array>
@@ -131,7 +132,7 @@ private:
         continue;
       ++sum.surfaces;
       const std::optional<std::uint64_t> key =
-          keyInReference(frame.grid, frame.keys[i]);
+          keyInGrid(reference_->grid, frame.grid, frame.keys[i]);
       const bool is_near = key && reference_->occupied[level].isNear(*key >> 3 * level);
       sum.others += is_near ? 0 : 1;
     }
@@ -174,24 +175,6 @@ private:
     }
     const std::size_t part = has_other_surfaces_ ? 8 : 4;
     return sum.surfaces >= least_sample && part * sum.others > sum.surfaces;
-  }
-
-  /** \brief The key of a voxel in the reference's grid; none outside. */
-  std::optional<std::uint64_t>
-  keyInReference(const io::VoxelGrid& grid, std::uint64_t key) const
-  {
-    const io::VoxelPosition from = io::voxelPosition(key);
-    std::array<std::int64_t, 3> to = {from.x, from.y, from.z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      to[axis] +=
-          std::int64_t{grid.first_index[axis]} - reference_->grid.first_index[axis];
-      if (to[axis] < 0 ||
-          to[axis] >= static_cast<std::int64_t>(reference_->grid.size()))
-        return std::nullopt;
-    }
-    return io::mortonKey({static_cast<std::uint32_t>(to[0]),
-                          static_cast<std::uint32_t>(to[1]),
-                          static_cast<std::uint32_t>(to[2])});
   }
 
   std::optional<Reference> reference_;

@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include "bytes/reserve_ahead.h"
 #include "outliers/held_value.h"
@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI {
@@ -57,28 +58,13 @@ struct TrackedVoxels {
 
   /** \brief Allocates memory for a number of voxels. */
   void
-  reserve(std::size_t number, bool has_colours)
+  reserve(std::size_t number, std::size_t block_number, bool has_colours)
   {
+    io::reserveAhead(blocks, block_number);
+    io::reserveAhead(shown, block_number);
+    io::reserveAhead(seldom, block_number);
     io::ensureSize(voxels, number);
     io::ensureSize(colours, has_colours ? number : 0);
-  }
-
-  /** \brief Appends a voxel, for which there is memory; its block comes after its
-   * voxels. */
-  void
-  push(const TrackedVoxel& voxel, const HeldColour* colour)
-  {
-    voxels[count] = voxel;
-    if (colour != nullptr)
-      colours[count] = *colour;
-    ++count;
-  }
-
-  /** \brief The colour of a voxel, if it has one. */
-  const HeldColour*
-  colourOf(std::size_t voxel) const
-  {
-    return colours.empty() ? nullptr : &colours[voxel];
   }
 
   /** \brief Appends the block of the last voxels, if it has any, or adds some of its
@@ -97,5 +83,21 @@ struct TrackedVoxels {
     seldom.back() |= seldom_cells;
   }
 };
+
+/** \brief The key of a voxel in another grid of the same lattice; none outside. */
+inline std::optional<std::uint64_t>
+keyInGrid(const io::VoxelGrid& grid, const io::VoxelGrid& from, std::uint64_t key)
+{
+  const io::VoxelPosition at = io::voxelPosition(key);
+  std::array<std::int64_t, 3> to = {at.x, at.y, at.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    to[axis] += std::int64_t{from.first_index[axis]} - grid.first_index[axis];
+    if (to[axis] < 0 || to[axis] >= static_cast<std::int64_t>(grid.size()))
+      return std::nullopt;
+  }
+  return io::mortonKey({static_cast<std::uint32_t>(to[0]),
+                        static_cast<std::uint32_t>(to[1]),
+                        static_cast<std::uint32_t>(to[2])});
+}
 
 } // namespace pcl_ext::PCL_EXT_ABI

@@ -67,21 +67,7 @@ VoxelPresence::beginVoxels(const TrackedVoxels& tracked, unsigned int depth)
 {
   around_.assign(tracked.blocks, depth);
   hit_shares_.age();
-  shown_number_ = 0;
-}
-
-void
-VoxelPresence::forgetVoxels()
-{
-  around_ = BlocksAround();
-}
-
-void
-VoxelPresence::releaseMemory()
-{
-  around_ = BlocksAround();
-  surfaces_.releaseMemory();
-  depths_.releaseMemory();
+  until_sample_ = 0;
 }
 
 std::size_t
@@ -154,10 +140,8 @@ VoxelPresence::countMiss(std::uint64_t key,
   voxel.occupancy = static_cast<std::uint16_t>(
       voxel.occupancy - ((voxel.occupancy * (is_next_to_hit ? rate_ : fall_)) >> 16));
   const bool has_left = !is_next_to_hit && (!holds_ || !isOfNoisySurface(key));
-  const Sight sight = has_depths_ && voxel.empty_ticks > ticks_to_look
-                          ? depths_.sightOf(key, *rays_)
-                          : Sight::Unknown;
-  if (sight == Sight::Free || (sight == Sight::Hidden && has_left)) {
+  if (has_depths_ && voxel.empty_ticks > ticks_to_look &&
+      depths_.isEmpty(key, *rays_, has_left)) {
     voxel.is_shown = false;
     voxel.occupancy = 0;
     return false;

@@ -43,41 +43,52 @@ public:
   void
   beginVoxels(const TrackedVoxels& tracked, unsigned int depth);
 
-  /** \brief Counts a voxel that is shown by the last frame, for what is usual.
-   * \param[in] is_hit whether the frame has it */
+  /** \brief Counts the voxels of a block that are shown by the last frame, for what is
+   * usual.
+   * \param[in] hits cells that the frame has
+   * \param[in] tracked cells of the block
+   * \param[in] voxels of these */
   void
-  countShown(std::uint64_t key, const TrackedVoxel& voxel, bool is_hit)
+  countShown(std::uint64_t block,
+             std::uint64_t shown,
+             std::uint64_t hits,
+             std::uint64_t tracked,
+             const TrackedVoxel* voxels)
   {
-    if (shown_number_++ % HitShares::sample_step == 0)
-      hit_shares_.add(distanceOf(key), voxel.empty_ticks > 0, is_hit);
+    const unsigned int number = bitCount(shown);
+    for (; until_sample_ < number; until_sample_ += HitShares::sample_step) {
+      std::uint64_t left = shown;
+      for (std::size_t i = 0; i < until_sample_; ++i)
+        left &= left - 1;
+      const std::uint64_t bit = left & (0 - left);
+      hit_shares_.add(distanceOf(block << io::block_key_bits | lowestBit(left)),
+                      voxels[bitCount(tracked & (bit - 1))].empty_ticks > 0,
+                      (hits & bit) != 0);
+    }
+    until_sample_ -= number;
   }
 
   /** \brief Of the cells of a block that the frame has and that are not shown, those next
-   * to what is shown.
+   * to what is shown, and of the shown ones that it has not those next to what it has.
    * \param[in] tracked as in beginVoxels(), or nothing since forgetVoxels()
-   * \param[in] shown cells of the block */
+   * \param[in] shown,hits cells of the block that are shown, and that the frame has */
   std::uint64_t
-  nextToShown(const TrackedVoxels& tracked,
-              std::uint64_t block,
-              std::uint64_t shown,
-              std::uint64_t cells) const
+  nextTo(const TrackedVoxels& tracked,
+         std::uint64_t block,
+         std::uint64_t shown,
+         std::uint64_t hits) const
   {
-    return cells == 0 ? 0 : around_.nextTo(tracked.shown, shown, block, cells);
-  }
-
-  /** \brief Of the shown cells of a block that the frame has not, those next to what it
-   * has.
-   * \param[in] hits cells of the block that it has */
-  std::uint64_t
-  nextToHits(std::uint64_t block, std::uint64_t hits, std::uint64_t cells) const
-  {
-    return cells == 0 ? 0 : surfaces_.occupied(0).nextTo(hits, block, cells);
+    const std::uint64_t new_hits = hits & ~shown;
+    const std::uint64_t missed = shown & ~hits;
+    return (new_hits == 0 ? 0 : around_.nextTo(tracked.shown, shown, block, new_hits)) |
+           (missed == 0 ? 0 : surfaces_.occupied(0).nextTo(hits, block, missed));
   }
 
   /** \brief Takes a voxel that the frame has.
    * \param[in] tracked as above
-   * \param[in] is_next_to_shown whether it is not shown, and something next to it is */
-  void
+   * \param[in] is_next_to_shown whether it is not shown, and something next to it is
+   * \return whether it becomes shown */
+  bool
   countHit(const TrackedVoxels& tracked,
            std::uint64_t key,
            bool is_next_to_shown,
@@ -86,8 +97,10 @@ public:
     voxel.empty_ticks = 0;
     voxel.occupancy = static_cast<std::uint16_t>(
         voxel.occupancy + (((certain - voxel.occupancy) * rate_) >> 16));
-    if (!voxel.is_shown)
-      judgeHidden(tracked, key, is_next_to_shown, voxel);
+    if (voxel.is_shown)
+      return false;
+    judgeHidden(tracked, key, is_next_to_shown, voxel);
+    return voxel.is_shown;
   }
 
   /** \brief Takes a shown voxel that the frame has not.
@@ -101,28 +114,37 @@ public:
             bool holds,
             TrackedVoxel& voxel) const;
 
-  /** \brief Takes a voxel that is not shown and that the frame has not. */
-  void
-  countMiss(TrackedVoxel& voxel) const
+  /** \brief The occupancy of a voxel that the frame has not and that is not shown, if
+   * fades is 1, or as it is. By arithmetic, as branches would be mispredicted. */
+  std::uint32_t
+  fade(std::uint32_t occupancy, std::uint64_t fades) const
   {
-    voxel.occupancy =
-        static_cast<std::uint16_t>(voxel.occupancy - (voxel.occupancy * rate_ >> 16));
+    return occupancy -
+           (occupancy * (rate_ & (0 - static_cast<std::uint32_t>(fades))) >> 16);
   }
 
-  /** \brief True if a voxel that the frame has not need not be tracked any more. */
-  bool
-  isForgotten(const TrackedVoxel& voxel) const
+  /** \brief 1 if a voxel that is neither shown nor hit is not tracked any more, else 0. */
+  std::uint32_t
+  isForgotten(std::uint32_t occupancy) const
   {
-    return !voxel.is_shown && voxel.occupancy < least_occupancy_;
+    return (occupancy - least_occupancy_) >> 31;
   }
 
   /** \brief Shows nothing; what is usual stays. */
   void
-  forgetVoxels();
+  forgetVoxels()
+  {
+    around_ = BlocksAround();
+  }
 
   /** \brief Releases memory that the next frame does not need. */
   void
-  releaseMemory();
+  releaseMemory()
+  {
+    around_ = BlocksAround();
+    surfaces_.releaseMemory();
+    depths_ = SeenDepths();
+  }
 
   /** \brief That have learned from the frame. */
   const SurfaceSupport&
@@ -131,18 +153,10 @@ public:
     return surfaces_;
   }
 
-  /** \brief As HitShares::isAnyNoisy(). */
-  bool
-  isAnyNoisy() const
+  const HitShares&
+  hitShares() const
   {
-    return hit_shares_.isAnyNoisy();
-  }
-
-  /** \brief As HitShares::returnsRarely(). */
-  bool
-  returnsRarely() const
-  {
-    return hit_shares_.returnsRarely();
+    return hit_shares_;
   }
 
   /** \brief For how many frames at most what has nothing near is held. */
@@ -200,7 +214,7 @@ private:
   bool has_depths_ = false;
   unsigned int ticks_ = FrameTicks::usual; // since the last frame
   std::uint32_t fall_ = 0;       // of an occupancy where there is nothing, 2^16 is 1
-  std::size_t shown_number_ = 0; // of those that were counted
+  std::size_t until_sample_ = 0; // shown voxels before the next one that is counted
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI
