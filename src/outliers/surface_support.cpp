@@ -3,16 +3,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-/** \brief The level at which surfaces at a distance have enough neighbours. */
-unsigned int
-SurfaceSupport::levelAt(std::uint64_t distance) const
-{
-  unsigned int level = 0;
-  while (level < highest_ && levels_[level].density.mean(distance) < enough_neighbours)
-    ++level;
-  return level;
-}
-
 Support
 SurfaceSupport::of(std::uint64_t key,
                    std::uint64_t distance,

@@ -193,8 +193,16 @@ private:
     SurfaceDensity density;
   };
 
+  /** \brief The level at which surfaces at a distance have enough neighbours. */
   unsigned int
-  levelAt(std::uint64_t distance) const;
+  levelAt(std::uint64_t distance) const
+  {
+    unsigned int level = 0;
+    while (level < highest_ &&
+           levels_[level].density.mean(distance) < enough_neighbours)
+      ++level;
+    return level;
+  }
 
   std::array<Level, level_count> levels_; // coarse voxels are 2^level voxels wide
   unsigned int highest_ = 0;              // that is in use

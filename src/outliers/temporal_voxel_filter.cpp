@@ -6,12 +6,11 @@
 #include "outliers/rays_beyond.h"
 #include "outliers/sensor_rest.h"
 #include "outliers/voxel_history.h"
-#include "outliers/voxel_presence.h"
 #include "voxels/memory_rule.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 #include <string>
 #include <utility>
 

@@ -124,11 +124,9 @@ public:
   changeScale(const io::IntensityScale& scale, const io::IntensityScale& from)
   {
     for (std::size_t i = 0; i < tracked_.count; ++i) {
-      TrackedVoxel& voxel = tracked_.voxels[i];
-      const std::uint32_t symbol =
-          io::lowestSymbol(scale, from.value(voxel.intensity.shown()));
-      voxel.intensity.restart(
-          static_cast<std::uint16_t>(std::min(symbol, scale.maxSymbol())));
+      HeldValue& value = tracked_.voxels[i].intensity;
+      const std::uint32_t symbol = io::lowestSymbol(scale, from.value(value.shown()));
+      value.restart(static_cast<std::uint16_t>(std::min(symbol, scale.maxSymbol())));
     }
     usual_intensities_ = UsualDeviations();
   }
@@ -145,7 +143,6 @@ public:
     *this = std::move(kept);
   }
 
-  /** \brief The voxels, shown or not. */
   const TrackedVoxels&
   voxels() const
   {
