@@ -2,6 +2,7 @@
 #include "link/connection.h"
 
 #include <algorithm>
+#include <cctype>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -16,13 +17,18 @@ constexpr std::int64_t long_ping_interval_ms = 5000;
 constexpr std::int64_t write_deadline_ms = 2000;
 constexpr std::size_t longest_site = 64;
 
+/** \brief The addresses. A comma separates them if a scheme follows; else it is part of
+ * a user or password. */
 std::vector<std::string>
 serversOf(const LinkSettings& settings)
 {
   std::vector<std::string> servers;
   std::istringstream list(settings.servers);
-  for (std::string server; std::getline(list, server, ',');)
-    servers.push_back(server);
+  for (std::string part; std::getline(list, part, ',');)
+    if (servers.empty() || part.find("://") != std::string::npos)
+      servers.push_back(part);
+    else
+      servers.back() += ',' + part;
   return servers;
 }
 
@@ -42,18 +48,58 @@ isSecure(const LinkSettings& settings)
          });
 }
 
-/** \brief Addresses without user and password. */
+/** \brief The scheme of an address, empty if it has none that is known. */
+std::string
+schemeOf(const std::string& server)
+{
+  for (const char* const scheme : {"nats://", "tls://"})
+    if (hasScheme(server, scheme))
+      return scheme;
+  return {};
+}
+
+bool
+isPort(const std::string& text)
+{
+  constexpr std::size_t most_digits = 5;
+  return !text.empty() && text.size() <= most_digits &&
+         text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/** \brief HOST or HOST:PORT of an address; empty if it has none, as where what follows
+ * the host is no port but may be a password. */
+std::string
+hostOf(const std::string& server)
+{
+  const std::size_t at = server.rfind('@');
+  std::string host =
+      server.substr(at == std::string::npos ? schemeOf(server).size() : at + 1);
+  if (!host.empty() && host.back() == '/')
+    host.pop_back();
+  const bool is_ipv6 = !host.empty() && host.front() == '[';
+  const std::size_t name_end = is_ipv6 ? host.find(']') + 1 : host.find(':');
+  const std::string name = host.substr(0, name_end);
+  const std::string others = is_ipv6 ? "[]:.%-_" : ".-_";
+  const auto is_of_name = [&others](char character) {
+    return std::isalnum(static_cast<unsigned char>(character)) != 0 ||
+           others.find(character) != std::string::npos;
+  };
+  const bool has_port = name.size() < host.size();
+  if (name.empty() || !std::all_of(name.begin(), name.end(), is_of_name) ||
+      (has_port && (host[name.size()] != ':' || !isPort(host.substr(name.size() + 1)))))
+    return {};
+  return host;
+}
+
+/** \brief Addresses without anything that may be of a user or password. */
 std::string
 shownServers(const LinkSettings& settings)
 {
   std::string shown;
   for (const std::string& server : serversOf(settings)) {
-    const std::size_t scheme = server.find("://");
-    const std::size_t host = scheme == std::string::npos ? 0 : scheme + 3;
-    const std::size_t at = server.rfind('@');
-    shown += (shown.empty() ? "" : ",") +
-             (at == std::string::npos ? server
-                                      : server.substr(0, host) + server.substr(at + 1));
+    const std::string host = hostOf(server);
+    shown += (shown.empty() ? "" : ",") + schemeOf(server) +
+             (host.empty() && !server.empty() ? "..." : host);
   }
   return shown;
 }
@@ -73,8 +119,7 @@ checkSettings(const LinkSettings& settings)
 {
   const std::vector<std::string> servers = serversOf(settings);
   const auto is_address = [](const std::string& server) {
-    return (hasScheme(server, "nats://") || hasScheme(server, "tls://")) &&
-           server.size() > std::string("nats://").size() - 1;
+    return !schemeOf(server).empty() && !hostOf(server).empty();
   };
   if (servers.empty() || !std::all_of(servers.begin(), servers.end(), is_address))
     return invalid(

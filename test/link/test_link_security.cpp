@@ -36,9 +36,6 @@ TEST(LinkSecurity, ChecksSettingsBeforeItConnects)
   settings.servers = "localhost:4222";
   expectRefusal(
       settings, LinkCode::InvalidSettings, "servers is 'localhost:4222'; it must");
-  settings.servers = "nats://a:secret@b,c:secret@d";
-  expectRefusal(
-      settings, LinkCode::InvalidSettings, "servers is 'nats://b,d'; it must");
   settings.servers = "";
   expectRefusal(settings, LinkCode::InvalidSettings, "servers is ''");
   settings.servers = "nats://127.0.0.1:" + std::to_string(freePort());
@@ -51,6 +48,56 @@ TEST(LinkSecurity, ChecksSettingsBeforeItConnects)
   expectRefusal(settings, LinkCode::CannotConnect, "does not answer within 2000 ms");
   settings.connect_timeout = std::chrono::milliseconds(0);
   expectRefusal(settings, LinkCode::InvalidSettings, "connect_timeout is '0 ms'");
+}
+
+TEST(LinkSecurity, ShowsNothingOfAUserOrPassword)
+{
+  const std::string rest = "'; it must be nats://HOST:PORT or tls://HOST:PORT";
+  const std::vector<std::pair<std::string, std::string>> shown = {
+      {"nats://user:secret", "nats://..."},
+      {"nats://user:secret,tail", "nats://..."},
+      {"nats://user:secret/1", "nats://..."},
+      {"nats://user:123456", "nats://..."},
+      {"user:secret@a:1", "a:1"},
+      {"user:se,cret@a:1", "a:1"},
+      {"secret://user@a:1", "a:1"},
+      {"nats://user:secret@a:port", "nats://..."},
+      {"nats://user:secret@a,secret", "nats://..."},
+      {"nats://user:secret@a:1,b:2", "nats://..."},
+      {"nats://user:se,cret@a:1,nats://user:secret", "nats://a:1,nats://..."},
+      {"nats://a:1,tls://user:se,cret@[::1]:2/,nats://",
+       "nats://a:1,tls://[::1]:2,nats://..."},
+      {"nats://", "nats://..."},
+      {"tls://:1", "tls://..."},
+      {"nats://[::1", "nats://..."},
+      {"nats://a:1, nats://user:secret@b:2", "nats://a:1,b:2"},
+  };
+  for (const auto& [servers, text] : shown) {
+    LinkSettings settings;
+    settings.servers = servers;
+    expectCode(checkSettings(settings), LinkCode::InvalidSettings);
+    EXPECT_EQ(checkSettings(settings).message(), "servers is '" + text + rest)
+        << servers;
+  }
+}
+
+TEST(LinkSecurity, TakesAUserInAnAddressWhateverItHas)
+{
+  const NatsServer server("authorization { user: \"a,b\", password: \"c,d@e:f,g\" }");
+  const std::string host = server.url().substr(7);
+  LinkSettings settings = settingsOf(server);
+  settings.servers = "nats://127.0.0.1:" + std::to_string(freePort()) +
+                     ",nats://a,b:c,d@e:f,g@" + host;
+  Receiver receiver(settings);
+  Sensor sensor(settings);
+  sensor.publish();
+  EXPECT_TRUE(receiver.take());
+  settings.servers = "nats://a,b:secret,d@" + host;
+  FramePublisher refused(settings);
+  const LinkStatus status = refused.connect();
+  expectCode(status, LinkCode::Refused);
+  EXPECT_EQ(status.message().rfind("the server at " + server.url() + " refuses", 0), 0u)
+      << status.message();
 }
 
 TEST(LinkSecurity, TellsOfAWrongPassword)

@@ -44,7 +44,8 @@ using LinkStatus = Status<LinkCode>;
  * and who may publish what is the server's configuration, see doc/site.md. */
 struct LinkSettings {
   /** \brief Addresses of the servers of a cluster, with commas between them:
-   * nats://HOST:PORT, or tls://HOST:PORT for a connection that must be encrypted. */
+   * nats://HOST:PORT, or tls://HOST:PORT for a connection that must be encrypted. One
+   * may have USER:PASSWORD@ before its host, also with commas; no message has them. */
   std::string servers = "nats://127.0.0.1:4222";
 
   /** \brief Name of the site, the first word of all its subjects: letters, digits, - and
