@@ -16,7 +16,9 @@ constexpr Time least_set_back = std::chrono::seconds(1);
 constexpr Time clock_window = std::chrono::seconds(2);
 constexpr Time longest_decoding = std::chrono::seconds(2); // beside a period
 constexpr Time longest_period = std::chrono::seconds(10);  // that memory is kept for
-constexpr Time farthest_stamp{std::int64_t{1} << 61}; // differences must not overflow
+// As far as frames of a link; the least one so that differences do not overflow.
+constexpr Time farthest_stamp{std::int64_t{1} << 62};
+constexpr Time least_stamp{-(std::int64_t{1} << 61)};
 
 std::string
 milliseconds(Time time)
@@ -132,7 +134,7 @@ MergeSchedule::add(ScheduledFrame frame, Time now)
   endClockWindow(now);
   Stream& stream = streams_[frame.stream];
   stream.last_arrival = now;
-  frame.stamp = std::clamp(frame.stamp, -farthest_stamp, farthest_stamp);
+  frame.stamp = std::clamp(frame.stamp, least_stamp, farthest_stamp);
   const bool is_first = !stream.given_stamp;
   const bool is_new = std::exchange(stream.given_stamp, frame.stamp) != frame.stamp;
   if (!is_new)

@@ -458,6 +458,22 @@ TEST(MergeSchedule, TakesAnyStamp)
   EXPECT_EQ(alone.released().size(), 1u);
 }
 
+TEST(MergeSchedule, MergesByTheStampsOfAllTimesOfALink)
+{
+  constexpr Time last{std::int64_t{1} << 62};
+  for (const Time first : {-2'000'000'000s, 0s, 4'000'000'000s}) {
+    ScheduleRun run;
+    for (Time now = 0ms; now <= 1s; now += 100ms) {
+      for (const char* const stream : {"a", "b"})
+        EXPECT_TRUE(run.add(stream, first + now, now));
+      EXPECT_EQ(run.work(now), std::vector<Time>{first + now});
+    }
+  }
+  ScheduleRun run;
+  EXPECT_TRUE(run.add("a", last - 1ns, 0ms));
+  EXPECT_TRUE(run.add("a", last, 100ms));
+}
+
 TEST(MergeSchedule, TellsWhichSettingIsWrong)
 {
   EXPECT_EQ(faultOf({}), "");

@@ -91,6 +91,8 @@ struct ScheduledFrame {
  *
  * All frames are released to be decoded, also where merged frames are left out.
  *
+ * Stamps are from 1896 to 2116 (-2^61 to 2^62 ns); others are taken for these.
+ *
  * For one thread at a time.
  */
 class PCL_EXT_EXPORT MergeSchedule {
