@@ -218,6 +218,26 @@ MergeSchedule::isLate(Time offset, Time now) const
 }
 
 void
+MergeSchedule::countLeftOut(Time offset, Time end)
+{
+  std::set<Time> left_out;
+  if (has_frames_)
+    left_out.insert(*slot_);
+  for (const auto& [name, stream] : streams_)
+    if (areClose(stream.offset, offset))
+      for (const HeldFrame& held : stream.held)
+        if (const Time slot = slotOf(held.frame.stamp); slot < end)
+          left_out.insert(std::max(slot_.value_or(slot), slot));
+  counts_.left_out += left_out.size();
+}
+
+void
+MergeSchedule::leaveOutRest()
+{
+  countLeftOut(offset_, Time::max());
+}
+
+void
 MergeSchedule::skipLate(Time offset, Time now)
 {
   is_late_ |= isLate(offset, now);
@@ -228,15 +248,7 @@ MergeSchedule::skipLate(Time offset, Time now)
     is_late_ = false;
     return;
   }
-  std::set<Time> left_out; // for which there are frames
-  if (has_frames_)
-    left_out.insert(*slot_);
-  for (const auto& [name, stream] : streams_)
-    if (areClose(stream.offset, offset))
-      for (const HeldFrame& held : stream.held)
-        if (slotOf(held.frame.stamp) < newest)
-          left_out.insert(std::max(*slot_, slotOf(held.frame.stamp)));
-  counts_.left_out += left_out.size();
+  countLeftOut(offset, newest);
   slot_ = newest;
   waiting_since_.reset();
 }
@@ -290,6 +302,8 @@ MergeSchedule::waitSince(Time arrival)
 bool
 MergeSchedule::isComplete(Time offset, Time now)
 {
+  if (has_ended_)
+    return true;
   bool are_all_there = true;
   for (const auto& [name, stream] : streams_) {
     if (!isAlive(stream, now) || !areClose(stream.offset, offset))
@@ -302,6 +316,16 @@ MergeSchedule::isComplete(Time offset, Time now)
   }
   return are_all_there ||
          (waiting_since_ && now - *waiting_since_ >= settings_.max_wait);
+}
+
+Time
+MergeSchedule::oldestOf(Time merge, Time offset) const
+{
+  std::optional<Time> newest;
+  for (const auto& [name, stream] : streams_)
+    if (areClose(stream.offset, offset))
+      newest = std::max(newest.value_or(stream.last_stamp), stream.last_stamp);
+  return std::min(merge, newest.value_or(merge)) - settings_.max_age;
 }
 
 MergeSchedule::Step
@@ -335,6 +359,7 @@ MergeSchedule::next(Time now)
       return step;
   }
   step.merge = slot_;
+  step.oldest = oldestOf(*slot_, offset);
   for (const auto& [name, stream] : streams_)
     if (isAlive(stream, now) && !areClose(stream.offset, offset))
       step.other_clocks.insert(name);

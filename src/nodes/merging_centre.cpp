@@ -9,6 +9,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -167,23 +168,23 @@ public:
     if (!settings_status_.ok())
       return;
     const std::lock_guard<std::mutex> work_lock(work_mutex_);
-    const bool waits = settings_.waits || settings_.has_thread;
-    for (;;) {
-      if (!due_ && !has_more_)
-        takeStep();
-      if (!due_ && !has_more_)
-        return;
-      if (waits)
-        node_.waitUntilDecoded();
-      else if (!node_.waitUntilDecoded(Time(0)))
-        return;
-      countDecoded();
-      if (!due_)
-        continue;
-      merge(*std::exchange(due_, std::nullopt));
-      if (!waits)
-        return;
+    mergeDue(settings_.has_thread ? std::nullopt : settings_.turn);
+  }
+
+  void
+  finish(std::optional<Time> longest)
+  {
+    if (!settings_status_.ok())
+      return;
+    const std::lock_guard<std::mutex> work_lock(work_mutex_);
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      schedule_.end();
     }
+    mergeDue(longest);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    schedule_.leaveOutRest();
+    has_ended_ = true;
   }
 
   MergeCounts
@@ -191,6 +192,8 @@ public:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     MergeCounts counts = schedule_.counts();
+    if (has_ended_)
+      counts.left_out += counts.made - made_;
     counts.made = made_; // without one whose frames are being decoded
     return counts;
   }
@@ -274,9 +277,33 @@ private:
       decode(std::move(frame));
     has_more_ = step.has_more;
     if (step.merge)
-      due_ = {*step.merge - settings_.schedule.max_age,
-              *step.merge,
-              std::move(step.other_clocks)};
+      due_ = {step.oldest, *step.merge, std::move(step.other_clocks)};
+  }
+
+  /** \brief Merges what is due, see MergingCentreSettings::turn. */
+  void
+  mergeDue(const std::optional<Time>& longest)
+  {
+    const Time start = steadyTime();
+    const auto left = [&] {
+      return std::max(Time(0), longest.value_or(Time(0)) - (steadyTime() - start));
+    };
+    for (;;) {
+      if (!due_ && !has_more_)
+        takeStep();
+      if (!due_ && !has_more_)
+        return;
+      if (!longest)
+        node_.waitUntilDecoded();
+      else if (!node_.waitUntilDecoded(left()))
+        return;
+      countDecoded();
+      if (!due_)
+        continue;
+      merge(*std::exchange(due_, std::nullopt));
+      if (longest && left() == Time(0))
+        return;
+    }
   }
 
   void
@@ -348,6 +375,7 @@ private:
   bool has_new_frame_ = false;
   bool is_ending_ = false;
   bool is_merging_ = false;
+  bool has_ended_ = false; // see finish()
   MergeSchedule schedule_;
   ParameterValues noise_; // of all streams
   std::map<std::string, CentreStream> streams_;
@@ -448,6 +476,12 @@ void
 MergingCentre::work()
 {
   implementation_->work();
+}
+
+void
+MergingCentre::finish(std::optional<Time> longest)
+{
+  implementation_->finish(longest);
 }
 
 std::vector<std::pair<std::string, HealthReport>>

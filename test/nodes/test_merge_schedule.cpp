@@ -83,6 +83,12 @@ public:
     return schedule_.counts();
   }
 
+  MergeSchedule&
+  schedule()
+  {
+    return schedule_;
+  }
+
 private:
   MergeSchedule schedule_;
   std::map<std::string, Time> latest_;
@@ -472,6 +478,70 @@ TEST(MergeSchedule, MergesByTheStampsOfAllTimesOfALink)
   ScheduleRun run;
   EXPECT_TRUE(run.add("a", last - 1ns, 0ms));
   EXPECT_TRUE(run.add("a", last, 100ms));
+}
+
+TEST(MergeSchedule, MergesWhatIsThereAtTheEnd)
+{
+  struct Case {
+    Time period;
+    Time max_wait;
+    Time last_of_b; // "a" has frames until 900 ms
+    std::vector<Time> merged;
+  };
+  for (const Case& test : {Case{100ms, 200ms, 900ms, {}},
+                           Case{100ms, 10s, 700ms, {800ms, 900ms}},
+                           Case{400ms, 10s, 900ms, {1200ms}},
+                           Case{10s, 200ms, 900ms, {10s}},
+                           Case{1h, 10s, 500ms, {1h}}}) {
+    MergeScheduleSettings settings;
+    settings.period = test.period;
+    settings.max_wait = test.max_wait;
+    ScheduleRun run(settings);
+    constexpr Time day = 24h * 1000;
+    for (Time now = 100ms; now < 1s; now += 100ms) {
+      run.add("a", day + now, now);
+      if (now <= test.last_of_b)
+        run.add("b", day + now, now);
+      run.work(now);
+    }
+    run.schedule().end();
+    std::vector<Time> merged;
+    for (const Time time : run.work(1s))
+      merged.push_back(time - day);
+    EXPECT_EQ(merged, test.merged);
+    EXPECT_EQ(
+        run.merged().rbegin()->second,
+        (std::map<std::string, Time>{{"a", day + 900ms}, {"b", day + test.last_of_b}}));
+    run.schedule().leaveOutRest();
+    EXPECT_EQ(run.counts().left_out, 0u);
+  }
+}
+
+TEST(MergeSchedule, MergesTheNewestFramesAtTheEndHoweverLongThePeriodIs)
+{
+  MergeScheduleSettings settings;
+  settings.period = 1h;
+  MergeSchedule schedule(settings);
+  constexpr Time first = 24h * 1000 + 1min;
+  schedule.add({"a", first, {}}, 0s);
+  schedule.add({"a", first + 10s, {}}, 10s);
+  EXPECT_FALSE(schedule.next(10s).merge);
+  schedule.end();
+  const MergeSchedule::Step step = schedule.next(10s);
+  EXPECT_EQ(step.merge, 24h * 1000 + 1h);
+  EXPECT_EQ(step.oldest, first + 10s - settings.max_age);
+}
+
+TEST(MergeSchedule, CountsWhatIsNotMergedAtTheEnd)
+{
+  ScheduleRun run;
+  run.add("b", begin, 0ms);
+  for (int i = 0; i < 5; ++i)
+    run.add("a", begin + i * 100ms, i * 50ms);
+  EXPECT_EQ(run.work(200ms), std::vector<Time>{begin});
+  run.schedule().end();
+  run.schedule().leaveOutRest();
+  EXPECT_EQ(run.counts().left_out, 4u);
 }
 
 TEST(MergeSchedule, TellsWhichSettingIsWrong)

@@ -141,7 +141,8 @@ TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
   const CodedStream stream({});
   MergingCentreSettings settings;
   settings.node = centralSettings();
-  settings.has_thread = settings.waits = false;
+  settings.has_thread = false;
+  settings.turn = 0s;
   Gate gate;
   std::vector<Time> merged;
   MergingCentre centre(
@@ -168,6 +169,58 @@ TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
   EXPECT_EQ(centre.mergeCounts().left_out, 0u);
 }
 
+TEST(MergingCentre, MergesAllThatIsDueInOneTurn)
+{
+  const CodedStream stream = streamOf(30, 20);
+  MergingCentreSettings settings;
+  settings.node = centralSettings();
+  settings.has_thread = false;
+  settings.turn = 1h;
+  std::vector<Time> merged;
+  MergingCentre centre(
+      settings, {}, [&](const MergedFrame& frame) { merged.push_back(frame.time); });
+  centre.setMerging(true);
+  ASSERT_TRUE(centre.addStream("a").ok());
+  for (std::size_t i = 0; i < stream.frames.size(); ++i)
+    ASSERT_TRUE(centre.receive("a", stream.frames[i], first_stamp + 100ms * i).ok());
+  centre.work();
+  ASSERT_EQ(merged.size(), stream.frames.size());
+  EXPECT_EQ(merged.back(), first_stamp + 1900ms);
+  EXPECT_EQ(centre.mergeCounts().left_out, 0u);
+}
+
+TEST(MergingCentre, MergesOrCountsWhatIsThereAtTheEnd)
+{
+  const CodedStream stream({});
+  for (const bool has_time : {true, false}) {
+    TestTime now{Time(0)};
+    MergingCentreSettings settings;
+    settings.node = centralSettings();
+    settings.has_thread = false;
+    settings.turn = 0s;
+    settings.arrival_clock = [&now] { return now.load(); };
+    Gate gate;
+    std::vector<Time> merged;
+    MergingCentre centre(
+        settings,
+        [&](const ReceivedFrame&) { gate.pass(); },
+        [&](const MergedFrame& frame) { merged.push_back(frame.time); });
+    centre.setMerging(true);
+    for (const char* const name : {"a", "behind"})
+      ASSERT_TRUE(centre.addStream(name).ok());
+    ASSERT_TRUE(centre.receive("behind", stream.frames[0], first_stamp).ok());
+    for (std::size_t i = 0; i < 4; ++i)
+      ASSERT_TRUE(centre.receive("a", stream.frames[i], first_stamp + 100ms * i).ok());
+    if (has_time)
+      gate.open();
+    centre.finish(has_time ? std::nullopt : std::optional(Time(0)));
+    EXPECT_EQ(merged.size(), has_time ? 4u : 0u);
+    EXPECT_EQ(centre.mergeCounts().made, has_time ? 4u : 0u);
+    EXPECT_EQ(centre.mergeCounts().left_out, has_time ? 0u : 4u);
+    gate.open();
+  }
+}
+
 TEST(MergingCentre, RefusesNoFrameOfABurst)
 {
   const CodedStream stream = streamOf(30, 20);
@@ -176,7 +229,8 @@ TEST(MergingCentre, RefusesNoFrameOfABurst)
     settings.node = centralSettings();
     settings.node.max_waiting_frames = 3;
     settings.has_thread = false;
-    settings.waits = waits;
+    if (!waits)
+      settings.turn = 0s;
     std::atomic<std::size_t> merged{0};
     MergingCentre centre(settings, {}, [&](const MergedFrame&) { ++merged; });
     centre.setMerging(true);

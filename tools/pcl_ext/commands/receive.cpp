@@ -214,7 +214,9 @@ private:
   receiveAll()
   {
     using Clock = std::chrono::steady_clock;
-    constexpr std::chrono::milliseconds patience{10};
+    constexpr std::chrono::milliseconds work_interval{5};
+    // A centre may have merged frames to make without that a frame comes.
+    const std::chrono::milliseconds patience(centre_ ? 2 : 10);
     constexpr std::chrono::milliseconds last_patience{200};
     const Clock::time_point start = Clock::now();
     const auto is_over = [&] {
@@ -231,7 +233,7 @@ private:
       if (!end && is_over())
         end = replay_ ? Clock::now() : Clock::now() + last_patience;
       // Not for each of thousands of frames, but in a replay, whose time they are.
-      const bool is_due = Clock::now() >= next_work;
+      const bool is_due = !has_taken_frame_ || Clock::now() >= next_work;
       if (is_due || replay_)
         for (FrameTaker* const taker : takers_)
           taker->work();
@@ -245,7 +247,7 @@ private:
       remarkOnSlowness();
       if (!replay_)
         status_.update([this] { return liveFiguresOf(figures()); });
-      next_work = Clock::now() + patience / 2;
+      next_work = Clock::now() + work_interval;
     }
     subscriber_->stop();
     // What is counted is taken, too.

@@ -77,7 +77,8 @@ Centre::settingsOf(double resolution) const
   }
   settings.schedule.skips_late = !options_.is_replay;
   settings.has_thread = false;
-  settings.waits = options_.is_replay; // else frames are taken while others are decoded
+  if (!options_.is_replay) // frames are taken while others are decoded
+    settings.turn = std::chrono::milliseconds(5);
   return settings;
 }
 
@@ -253,12 +254,12 @@ Centre::finish()
 {
   if (!grid_)
     return;
-  if (options_.is_replay && !isInterrupted()) {
-    // What is held for streams that have ended.
-    kept_ += options_.schedule.max_wait;
-    work();
-  }
   constexpr std::chrono::seconds patience{1};
+  constexpr std::chrono::seconds patience_of_merging{2};
+  if (!options_.is_replay)
+    grid_->centre.finish(patience_of_merging);
+  else if (!isInterrupted())
+    grid_->centre.finish(std::nullopt);
   nodes::CentralNode& node = grid_->centre.node();
   if (options_.is_replay)
     node.waitUntilDecoded();

@@ -154,6 +154,7 @@ private:
   insert(const nodes::CentralNode& node, const Sensors& sensors)
   {
     const auto start = std::chrono::steady_clock::now();
+    bool has_new_frames = false;
     for (const auto& [name, sensor] : sensors) {
       if (is_ending_) {
         left_out_ += isToldToEnd() ? 0 : 1;
@@ -168,10 +169,11 @@ private:
                                                     static_cast<float>((*position)[2])))
                    : std::nullopt;
       };
-      map_.insertLatest(name, sensor.full_intensity, find_sensor, node);
+      has_new_frames |=
+          map_.insertLatest(name, sensor.full_intensity, find_sensor, node);
     }
     map_.completeRound();
-    ++made_;
+    made_ += has_new_frames ? 1 : 0;
     last_duration_ = std::chrono::steady_clock::now() - start;
     constexpr std::chrono::minutes interval{1};
     const auto now = std::chrono::steady_clock::now();

@@ -126,13 +126,28 @@ public:
   void
   countDecoded();
 
+  /** \brief No more frames come: what is there is merged without waiting for others. */
+  void
+  end()
+  {
+    has_ended_ = true;
+  }
+
+  /** \brief Counts the merged frames for which there are frames still as left out; next()
+   * is not called any more. */
+  void
+  leaveOutRest();
+
   /** \brief What is to be done. */
   struct Step {
     std::vector<ScheduledFrame> frames; ///< to decode now, those of a stream in order
     /** \brief Others are to be decoded before it merges, once countDecoded() is
      * called. */
     bool has_more = false;
-    std::optional<Time> merge;          ///< then, merge as of this time
+    std::optional<Time> merge; ///< then, merge as of this time
+    /** \brief Frames from this time on: max_age before merge, or before the newest frame
+     * where that is earlier. */
+    Time oldest{0};
     std::set<std::string> other_clocks; ///< and with it the latest frames of these
   };
 
@@ -209,6 +224,12 @@ private:
   bool
   isLate(Time offset, Time now) const;
 
+  /** \brief Counts the merged frames for which there are frames as left out.
+   * \param[in] end those from this time on are not counted
+   */
+  void
+  countLeftOut(Time offset, Time end);
+
   /** \brief Leaves merged frames out, if the caller is too slow for them. */
   void
   skipLate(Time offset, Time now);
@@ -228,6 +249,10 @@ private:
   bool
   isComplete(Time offset, Time now);
 
+  /** \brief See Step::oldest. */
+  Time
+  oldestOf(Time merge, Time offset) const;
+
   const MergeScheduleSettings settings_;
   std::map<std::string, Stream> streams_;
   std::optional<Time> clocks_since_;   // of Stream::least_offset
@@ -238,6 +263,7 @@ private:
   std::optional<Time> has_more_since_; // frames for it that cannot be released
   std::optional<Time> waiting_since_;  // arrival of the first frame for it
   bool is_late_ = false;               // until nothing was left out
+  bool has_ended_ = false;
   MergeCounts counts_;
 };
 

@@ -46,8 +46,9 @@ public:
    * \param[in] full_intensity see insertVoxels; 0: each voxel is a hit
    * \param[in] find_sensor may be empty: no rays are taken
    * \param[in] central_node that decodes the stream
+   * \return whether it was inserted
    */
-  void
+  bool
   insertLatest(const std::string& stream,
                double full_intensity,
                const FindSensor& find_sensor,
@@ -94,7 +95,7 @@ private:
 
 inline MergedMap::MergedMap(double resolution) : tree_(resolution) {}
 
-inline void
+inline bool
 MergedMap::insertLatest(const std::string& stream,
                         double full_intensity,
                         const FindSensor& find_sensor,
@@ -104,7 +105,7 @@ MergedMap::insertLatest(const std::string& stream,
   std::size_t& last_frame = last_frames_[stream];
   // A frame that is inserted twice would count as further evidence.
   if (!frame || frame->number == last_frame)
-    return;
+    return false;
   last_frame = frame->number;
   std::optional<octomap::point3d> origin;
   if (find_sensor)
@@ -117,6 +118,7 @@ MergedMap::insertLatest(const std::string& stream,
   constexpr bool lazily = true; // completeRound() updates the inner nodes
   left_out_ +=
       insertVoxels(voxels_, static_cast<float>(full_intensity), origin, tree_, lazily);
+  return true;
 }
 
 inline void

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,10 +39,10 @@ struct MergingCentreSettings {
    * does. */
   bool has_thread = true;
 
-  /** \brief Whether work() waits for frames that are being decoded, and merges all that
-   * is due. Else it merges once at the most, if all frames for that are decoded, so
-   * that the caller is free meanwhile. A thread of the centre waits in any case. */
-  bool waits = true;
+  /** \brief How long work() waits for frames that are being decoded and merges what is
+   * due; the last merged frame may take longer. None: until nothing is due, as does a
+   * thread of the centre. */
+  std::optional<Time> turn;
 };
 
 /** \brief Streams were merged. Valid during the listener's call. */
@@ -161,6 +162,13 @@ public:
    * it. */
   void
   work();
+
+  /** \brief No more frames come: merges all that have come, without waiting for others.
+   * \param[in] longest as MergingCentreSettings::turn; merged frames that it leaves no time
+   * for are counted as left out
+   */
+  void
+  finish(std::optional<Time> longest);
 
   /** \brief Called with the report of a stream, to add to it. */
   using Amend = std::function<void(const std::string& stream, HealthReport& report)>;
