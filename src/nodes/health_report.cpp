@@ -52,20 +52,20 @@ compressionRatio(const StreamHealth& stream)
 }
 
 /** \brief Whether a stream has larger voxels than the grid that it is merged on, each
- * of which takes the place of one of several, even without rate control. */
+ * of which takes the place of one of several. */
 bool
 leavesGaps(const StreamHealth& stream, double merged_resolution)
 {
   constexpr double tolerance = 1e-6; // published streams have their resolution as float
   return merged_resolution > 0.0 &&
-         stream.finest_resolution > merged_resolution * (1.0 + tolerance);
+         stream.resolution > merged_resolution * (1.0 + tolerance);
 }
 
 std::string
 gapsOf(const StreamHealth& stream, double merged_resolution)
 {
   std::ostringstream text;
-  text << "Voxels have an edge of " << stream.finest_resolution
+  text << "Voxels have an edge of " << stream.resolution
        << " m, those of the merged grid and the map " << merged_resolution
        << " m, where they leave gaps: set a resolution that is not finer than theirs";
   return text.str();

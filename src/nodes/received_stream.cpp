@@ -382,9 +382,6 @@ ReceivedStream::makeLatest(const Denoised& denoised,
     health_.kept_voxels = denoised.voxels;
     health_.voxels = denoised.all_voxels;
     health_.resolution = denoised.resolution;
-    if (health_.finest_resolution == 0.0 ||
-        health_.finest_resolution > denoised.resolution)
-      health_.finest_resolution = denoised.resolution;
     health_.has_intensities = denoised.has_intensities;
     health_.points_outside_grid += denoised.points_outside_grid;
     health_.outliers_removed = outliers.removed;

@@ -204,7 +204,7 @@ TEST(HealthReport, OfAReceiver)
                 "Intensities are too far above those of other streams to be merged: in "
                 "1 merged frame"}));
   now = before;
-  now.stream.resolution = now.stream.finest_resolution = 0.06;
+  now.stream.resolution = 0.06;
   expectLevel(report_of(now), HealthLevel::Ok, "OK"); // is not merged
   now.merged_resolution = 0.04;
   expectLevel(
@@ -213,11 +213,9 @@ TEST(HealthReport, OfAReceiver)
       "Voxels have an edge of 0.06 m, those of the merged grid and the map 0.04 "
       "m, where they leave gaps: set a resolution that is not finer than theirs");
   EXPECT_EQ(valueOf(report_of(now), "resolution, m"), "0.06");
-  now.stream.finest_resolution = 0.03;
+  now.stream.resolution = 0.03;
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
-  now.stream.resolution = 0.12; // twice doubled by rate control
-  expectLevel(report_of(now), HealthLevel::Ok, "OK");
-  now.stream.finest_resolution = double{0.04f};
+  now.stream.resolution = double{0.04f};
   expectLevel(report_of(now), HealthLevel::Ok, "OK");
 }
 

@@ -298,6 +298,16 @@ TEST_F(ProgramSiteState, VoxelsThatLeaveGapsAreTold)
   expectStatus("--map map.ot --resolution 0.025", 1);
   expectStatus("--merge all --resolution 0.025", 1);
   expectStatus("--merge all --map other.ot --resolution 0.1", 0);
+  // Also of a stream that was fine enough before, and not of one that is by now.
+  for (const bool is_fine_first : {true, false}) {
+    Receiving receiving(
+        folder, "receive", at(server) + "--merge all --resolution 0.025");
+    for (const bool is_fine : {is_fine_first, !is_fine_first})
+      expectRun("send -q room --rate 50 -r " + std::string(is_fine ? "0.025" : "0.05") +
+                at(server));
+    EXPECT_EQ(receiving.end(SIGINT), is_fine_first ? 1 : 0) << receiving.errors();
+    EXPECT_EQ(hasPart(receiving.errors(), gaps), is_fine_first) << receiving.errors();
+  }
 }
 
 TEST_F(ProgramSiteState, AMapThatLacksVoxelsSaysHowMany)

@@ -107,9 +107,8 @@ struct StreamHealth {
   std::uint64_t bytes = 0;          ///< of all frames received
   /** \brief Of the last decoded frame, before denoising; points, if it has no voxels. */
   std::size_t voxels = 0;
-  std::size_t kept_voxels = 0;    ///< of these: after denoising
-  double resolution = 0.0;        ///< edge of these, metres; 0: no frame was decoded
-  double finest_resolution = 0.0; ///< of all frames: rate control may double the edge
+  std::size_t kept_voxels = 0; ///< of these: after denoising
+  double resolution = 0.0;     ///< edge of these, metres; 0: no frame was decoded
   bool has_intensities = true; ///< the last decoded frame; else no threshold has effect
   std::size_t outliers_removed = 0; ///< of `voxels`: by setOutlierRemoval()
   /** \brief Of the last decoded frame: whether its outliers could be judged; Ok without
