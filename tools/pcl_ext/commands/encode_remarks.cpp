@@ -41,10 +41,7 @@ remarkOnStream(Console& console,
                    ", as most are seen in few frames: take a larger --resolution, or "
                    "leave out --temporal-filter");
   if (sums.frames == 0 && sums.clouds_left_out > 0) {
-    console.error(name + ": --max-rate has no room for any of its " +
-                  counted(sums.clouds_left_out, "cloud") +
-                  ": raise it, --rate-buffer or --rate-doublings, or take a larger "
-                  "--resolution");
+    console.error(describeNoRoom(name, sums));
     return false;
   }
   for (const std::string& error : {report.frame_id_error, report.why_nothing})

@@ -120,7 +120,7 @@ private:
     });
     if (const std::string overload = cell.overload(); !overload.empty())
       console_.error(overload);
-    summarise(output);
+    summarise(output, cell.cloudsWithoutRoom());
   }
 
   /** \brief Prints what has happened, and how far the command is.
@@ -203,12 +203,24 @@ private:
     const auto served = serve(output, [&] { return clouds.metrics(options_.prefix); });
     announce(options_.tried.input.inputs[0]);
     clouds.run(named, [&] {
-      const std::size_t late = clouds.lateClouds() + clouds.blockedClouds();
-      showStatus(output, late == 0 ? "" : ", " + counted(late, "cloud") + " left out");
+      const std::size_t left_out =
+          clouds.lateClouds() + clouds.blockedClouds() + clouds.cloudsWithoutRoom();
+      showStatus(output,
+                 left_out == 0 ? "" : ", " + counted(left_out, "cloud") + " left out");
     });
+    has_failed_ = !report(clouds, *input);
+    if (clouds.frames() == 0 && !isInterrupted())
+      throw std::runtime_error("no cloud could be encoded");
+    summarise(output, clouds.cloudsWithoutRoom());
+  }
+
+  /** \brief Prints what of clouds is not as it was sent; false if some are missing. */
+  bool
+  report(const PlayedClouds& clouds, const CloudInput& input)
+  {
     for (const std::string& sentence : clouds.leftOut())
       console_.remark(sentence);
-    for (const std::string& place : input->damage())
+    for (const std::string& place : input.damage())
       console_.error(place);
     if (clouds.lateClouds() > 0)
       console_.error(counted(clouds.lateClouds(), "cloud") +
@@ -220,16 +232,13 @@ private:
     if (clouds.blockedClouds() > 0)
       console_.error(counted(clouds.blockedClouds(), "cloud") +
                      " left out, as the server took none for a while");
-    const std::vector<std::string> outside = clouds.pointsOutsideGrid();
-    for (const std::string& points : outside)
-      console_.error(points);
-    if (clouds.frames() == 0 && !isInterrupted())
-      throw std::runtime_error("no cloud could be encoded");
-    has_failed_ =
-        !outside.empty() ||
-        clouds.failedClouds() + clouds.lateClouds() + clouds.blockedClouds() > 0 ||
-        !input->damage().empty();
-    summarise(output);
+    std::vector<std::string> faults = clouds.pointsOutsideGrid();
+    for (std::string& stream : clouds.streamsWithoutRoom())
+      faults.push_back(std::move(stream));
+    for (const std::string& fault : faults)
+      console_.error(fault);
+    return faults.empty() && input.damage().empty() &&
+           clouds.failedClouds() + clouds.lateClouds() + clouds.blockedClouds() == 0;
   }
 
   void
@@ -265,8 +274,9 @@ private:
                     "; Ctrl-C ends");
   }
 
+  /** \param[in] without_room clouds that were left out for --max-rate */
   void
-  summarise(LinkOutput& output)
+  summarise(LinkOutput& output, std::size_t without_room = 0)
   {
     output.end(); // so that it is known which frames the server has
     const link::PublisherStatistics statistics = output.statistics();
@@ -276,6 +286,8 @@ private:
         ", " +
         measuring::formatted(static_cast<double>(statistics.bytes) / megabyte, 2) +
         " MB";
+    if (without_room > 0)
+      line += ", " + counted(without_room, "cloud") + " left out for --max-rate";
     if (statistics.violations > 0) {
       console_.error("the server did not permit all that was asked of it");
       has_failed_ = true;

@@ -121,6 +121,15 @@ LiveCell::count(const Sensor& sensor, std::uint32_t clouds_left_out)
   figures_.addMissed(sensor.stream, clouds_left_out);
 }
 
+std::size_t
+LiveCell::cloudsWithoutRoom() const
+{
+  std::size_t clouds = 0;
+  for (const auto& sensor : sensors_)
+    clouds += sensor->encoder.sums().clouds_left_out;
+  return clouds;
+}
+
 std::string
 LiveCell::overload() const
 {

@@ -63,6 +63,10 @@ public:
   std::string
   overload() const;
 
+  /** \brief Clouds that were left out, as --max-rate had no room for them. After run(). */
+  std::size_t
+  cloudsWithoutRoom() const;
+
   /** \brief The same once in a run, after some seconds; else empty. Called by the
    * function that run() takes. */
   std::string

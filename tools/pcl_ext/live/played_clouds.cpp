@@ -68,6 +68,27 @@ PlayedClouds::pointsOutsideGrid() const
   return sentences;
 }
 
+std::size_t
+PlayedClouds::cloudsWithoutRoom() const
+{
+  std::size_t clouds = 0;
+  for (const Stream& stream : streams_)
+    clouds += stream.encoder.sums().clouds_left_out;
+  return clouds;
+}
+
+std::vector<std::string>
+PlayedClouds::streamsWithoutRoom() const
+{
+  std::vector<std::string> sentences;
+  for (std::size_t i = 0; i < streams_.size(); ++i)
+    if (const EncodedSums& sums = streams_[i].encoder.sums();
+        sums.frames == 0 && sums.clouds_left_out > 0)
+      sentences.push_back(
+          describeNoRoom(input_.streams()[i], streams_[i].encoder.sums()));
+  return sentences;
+}
+
 std::vector<std::string>
 PlayedClouds::leftOut() const
 {
@@ -118,8 +139,11 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
           requests_[*stream.number].take())
         stream.encoder.requestIFrame();
       if (!stream.encoder.encode(
-              cloud.cloud, cloud.source, bytes, cloud.message.log_time))
+              cloud.cloud, cloud.source, bytes, cloud.message.log_time)) {
+        if (stream.number)
+          figures_.addCloud(*stream.number, stream.encoder.statistics());
         return;
+      }
     }
     catch (const UsageError&) {
       throw;
@@ -138,6 +162,8 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
         name,
         options_.metadataOf(name, stream.encoder.law(), stream.encoder.isOfLidar()));
     figures_.addStream(*stream.number, name);
+    for (std::size_t i = 0; i < stream.encoder.sums().clouds_left_out; ++i)
+      figures_.addCloud(*stream.number, stream.encoder.statistics());
   }
   if (*stream.number < requests_.size())
     requests_[*stream.number].countFrame();

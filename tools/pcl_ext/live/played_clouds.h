@@ -83,6 +83,14 @@ public:
     return blocked_clouds_;
   }
 
+  /** \brief Clouds that were left out, as --max-rate had no room for them. */
+  std::size_t
+  cloudsWithoutRoom() const;
+
+  /** \brief A sentence for each stream none of whose clouds had room. After run(). */
+  std::vector<std::string>
+  streamsWithoutRoom() const;
+
   /** \brief What is to be known of points that are outside the grid of voxels, a sentence
    * for each stream that has some. After run(). */
   std::vector<std::string>

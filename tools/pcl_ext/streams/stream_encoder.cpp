@@ -111,6 +111,15 @@ describePointsOutsideGrid(const EncodedSums& sums)
          counted(sums.points, "point") + ")";
 }
 
+std::string
+describeNoRoom(const std::string& stream, const EncodedSums& sums)
+{
+  return stream + ": --max-rate has no room for any of its " +
+         counted(sums.clouds_left_out, "cloud") +
+         ": raise it, --rate-buffer or --rate-doublings, or take a larger "
+         "--resolution";
+}
+
 StreamEncoder::StreamEncoder(const EncodingOptions& options,
                              std::string name,
                              bool carries_layout)

@@ -62,6 +62,10 @@ hasPoints(const pcl::PCLPointCloud2& cloud);
 std::string
 describePointsOutsideGrid(const EncodedSums& sums);
 
+/** \brief A sentence on a stream none of whose clouds had room within --max-rate. */
+std::string
+describeNoRoom(const std::string& stream, const EncodedSums& sums);
+
 /** \brief Encodes the clouds of a stream. */
 class StreamEncoder {
 public:
