@@ -63,6 +63,12 @@ public:
   RecordingStatus
   flush();
 
+  std::uint64_t
+  bytes() const
+  {
+    return file_.position() + at_hand_;
+  }
+
   RecordingStatus
   finish(ExistingFile existing);
 
@@ -97,6 +103,7 @@ private:
   std::vector<mcap::Schema> schemas_;
   std::vector<WrittenChannel> channels_;
   mcap::ChunkBuilder shared_chunk_;
+  std::uint64_t at_hand_ = 0; // bytes of all chunks that are not written
   std::vector<mcap::ChunkIndex> chunks_;
   std::vector<std::uint8_t> attachment_indexes_;
   std::vector<std::uint8_t> metadata_indexes_;
@@ -211,6 +218,7 @@ McapWriter::Implementation::writeChunk(mcap::ChunkBuilder& chunk, bool is_compre
 {
   if (chunk.size() == 0)
     return {};
+  at_hand_ -= chunk.size();
   chunks_.push_back(chunk.take(is_compressed, file_.position(), bytes_));
   return keep(writeBytes());
 }
@@ -233,9 +241,11 @@ McapWriter::Implementation::write(const McapMessage& message, bool may_begin_chu
         !status.ok())
       return status;
   const std::uint64_t time = nanosecondsOf(message.log_time);
+  at_hand_ -= chunk.size();
   chunk.add(
       {channel.record.id, message.sequence, time, nanosecondsOf(message.publish_time)},
       message.bytes);
+  at_hand_ += chunk.size();
   const bool is_first = statistics_.messages == 0;
   statistics_.start_time = is_first ? time : std::min(statistics_.start_time, time);
   statistics_.end_time = is_first ? time : std::max(statistics_.end_time, time);
@@ -416,6 +426,12 @@ RecordingStatus
 McapWriter::flush()
 {
   return guarded([&] { return implementation_->flush(); });
+}
+
+std::uint64_t
+McapWriter::bytes() const
+{
+  return implementation_->bytes();
 }
 
 RecordingStatus

@@ -77,6 +77,10 @@ public:
   RecordingStatus
   flush();
 
+  /** \brief Bytes of the file so far, with messages that are at hand. */
+  std::uint64_t
+  bytes() const;
+
   /** \brief Completes the file and gives it its name.
    * \param[in] existing what becomes of a file of that name
    */

@@ -81,6 +81,12 @@ public:
     return has_file_of_frames_ ? status_ : mcap_.flush();
   }
 
+  std::uint64_t
+  bytes() const
+  {
+    return has_file_of_frames_ ? file_.position() : mcap_.bytes();
+  }
+
   RecordingStatus
   finish(ExistingFile existing);
 
@@ -312,6 +318,12 @@ RecordingStatus
 RecordingWriter::flush()
 {
   return guarded([&] { return implementation_->flush(); });
+}
+
+std::uint64_t
+RecordingWriter::bytes() const
+{
+  return implementation_->bytes();
 }
 
 RecordingStatus

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -56,7 +57,7 @@ TEST_F(ProgramSite, RecordsWhatIsSentByteForByte)
   EXPECT_EQ(run.output, "71 frames sent to site cell, 0.00 MB\n");
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_EQ(receiving.output(),
-            "received.mcap: 71 frames, 0.00 MB\nsite cell: 71 frames of 2 streams, "
+            "received.mcap: 71 frames, 0.02 MB\nsite cell: 71 frames of 2 streams, "
             "0.00 MB\n");
   expectTwoStreams(folder / "received.mcap", sent);
 }
@@ -117,6 +118,73 @@ TEST_F(ProgramSite, EncodesCloudsAndFollowsRequests)
   EXPECT_GE(received[0].frames.size(), 10u);
   EXPECT_TRUE(received[0].frames[0].description.is_i_frame);
   EXPECT_EQ(received[0].frames[0].description.effort, io::Effort::Fast);
+}
+
+TEST_F(ProgramSite, TellsHowManyCloudsHadNoRoom)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(100));
+  expectRun("encode room -q -o room.pcxi -r 0.05 --i-frame-rate 1");
+  const std::size_t bits =
+      8 * decode(folder / "room.pcxi").at(0).frames[0].bytes.size();
+  const std::string options = "send room --rate 20 -r 0.05 --i-frame-rate 1 "
+                              "--rate-doublings 0 --max-rate ";
+  const std::uint16_t port = freePort();
+  BackgroundProgram sending(folder,
+                            "send",
+                            options + std::to_string(5 * bits) +
+                                "bit/s --metrics-port " + std::to_string(port) +
+                                at(server));
+  sending.waitForError("sending room to site cell");
+  const auto value = [&](const std::string& metrics, const std::string& name) {
+    const std::string begin = "\npcl_ext_sender_" + name + "_total{stream=\"/room\"} ";
+    const std::size_t found = metrics.find(begin);
+    return found == std::string::npos
+               ? 0
+               : std::stoi(metrics.substr(found + begin.size(), 8));
+  };
+  std::string metrics;
+  EXPECT_TRUE(view::test::waitFor([&] {
+    metrics = view::test::request(port, "/metrics").body;
+    return value(metrics, "clouds_left_out") > 2;
+  })) << metrics;
+  EXPECT_EQ(value(metrics, "clouds"),
+            value(metrics, "frames") + value(metrics, "clouds_left_out"));
+  sending.end(SIGINT);
+  EXPECT_TRUE(hasPart(sending.output(), " left out for --max-rate\n"));
+
+  const ProgramRun none = run(options + "1kbit/s" + at(server));
+  EXPECT_EQ(none.status, 1);
+  EXPECT_TRUE(hasPart(none.errors,
+                      "/room: --max-rate has no room for any of its 100 clouds: "));
+}
+
+TEST_F(ProgramSite, RotatesByTheBytesOfTheFile)
+{
+  const NatsServer server;
+  Receiving receiving(
+      folder, "receive", at(server) + "-o part.mcap --rotate-size 20kB");
+  SitePublisher sensor(server);
+  const Bytes frame = knownStream(1, 1, 1).frames[0].bytes;
+  ASSERT_LT(frame.size(), 100u);
+  for (int i = 0; i < 500; ++i)
+    sensor.publish(std::chrono::milliseconds(i), frame);
+  EXPECT_EQ(receiving.end(SIGTERM), 0) << receiving.errors();
+  std::size_t files = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "")) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind("part_", 0) != 0)
+      continue;
+    ++files;
+    const std::string line = receiving.output().substr(receiving.output().find(name));
+    const std::string told = line.substr(0, line.find(" MB"));
+    EXPECT_LT(std::abs(std::stod(told.substr(told.rfind(' '))) -
+                       static_cast<double>(entry.file_size()) * 1e-6),
+              0.006)
+        << told;
+    EXPECT_LT(entry.file_size(), 30'000u);
+  }
+  EXPECT_GT(files, 2u);
 }
 
 TEST_F(ProgramSite, TellsWhichPortOfTheMetricsIsFree)

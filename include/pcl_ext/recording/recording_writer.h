@@ -84,6 +84,11 @@ public:
   RecordingStatus
   flush();
 
+  /** \brief Bytes of the recording so far, with frames that are still at hand; finish()
+   * adds an index to MCAP. */
+  std::uint64_t
+  bytes() const;
+
   /** \brief Completes the recording and gives it its name.
    * \param[in] existing what becomes of a file of that name
    */

@@ -10,6 +10,7 @@
 #include <array>
 #include <ctime>
 #include <filesystem>
+#include <system_error>
 #include <utility>
 
 namespace pcl_ext {
@@ -82,7 +83,8 @@ RotatedRecording::isRotationDue() const
     return false;
   const std::chrono::duration<double> age = Clock::now() - current_->opened;
   return (rotation_.seconds && age.count() >= *rotation_.seconds) ||
-         (rotation_.bytes && static_cast<double>(current_->bytes) >= *rotation_.bytes);
+         (rotation_.bytes &&
+          static_cast<double>(current_->writer.bytes()) >= *rotation_.bytes);
 }
 
 void
@@ -153,7 +155,6 @@ RotatedRecording::append(File& file, const link::LinkFrame& frame)
   }
   check(file, appended);
   ++file.frames;
-  file.bytes += frame.bytes.size();
 }
 
 void
@@ -217,9 +218,12 @@ RotatedRecording::complete(std::optional<File>& file)
             file->writer.finish(rotation_.isOn() ? recording::ExistingFile::Keep
                                                  : output_.existing()));
     constexpr double megabyte = 1e6;
+    std::error_code ignored;
+    const auto bytes = std::filesystem::file_size(
+        file->path + (keeps_earlier ? unfinished_suffix : ""), ignored);
     console_.summary(
         file->path + ": " + counted(file->frames, "frame") + ", " +
-        measuring::formatted(static_cast<double>(file->bytes) / megabyte, 2) + " MB" +
+        measuring::formatted(static_cast<double>(bytes) / megabyte, 2) + " MB" +
         (is_replay_ ? describeInterruption(file->path, keeps_earlier) : ""));
   }
   file.reset();

@@ -77,7 +77,6 @@ private:
         streams; ///< numbers by name; of those that go on
     Clock::time_point opened;
     std::uint64_t frames = 0;
-    std::uint64_t bytes = 0;
   };
 
   std::string
