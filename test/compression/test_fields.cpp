@@ -219,8 +219,9 @@ TEST(ClassFields, OfColoursGoToTypesThatNameThemOtherwise)
   settings.fields = {{all_fields}};
   using Encoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
   using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
+  const auto decoded = roundTrip(Encoder(settings), Decoder(), cloud);
   std::multiset<std::uint32_t> received;
-  for (const auto& point : *roundTrip(Encoder(settings), Decoder(), cloud))
+  for (const auto& point : *decoded)
     received.insert(point.rgba);
   EXPECT_EQ(received, sent);
 }
