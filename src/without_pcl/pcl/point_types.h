@@ -73,11 +73,16 @@ struct EIGEN_ALIGN16 PointXYZI {
 
 namespace fields {
 struct x;
+struct y;
+struct z;
 struct rgb;
 struct rgba;
 } // namespace fields
 
 namespace traits {
+
+template <typename PointT>
+struct has_xyz : std::true_type {};
 
 template <typename PointT, typename = void>
 struct has_intensity : std::false_type {};
@@ -93,12 +98,15 @@ struct has_color<PointT, std::void_t<decltype(PointT::rgba)>> : std::true_type {
 template <typename PointT, typename FieldT>
 struct has_field : has_color<PointT> {};
 
-/** \brief Of x, rgb and rgba, which are the first of a point, or of what follows its
- * coordinates. */
+/** \brief Of x, y and z, which are the first of a point, and of rgb and rgba, which
+ * follow the four floats of its coordinates. */
 template <typename PointT, typename FieldT>
 struct offset {
-  static constexpr std::size_t value =
-      std::is_same<FieldT, fields::x>::value ? 0 : 4 * sizeof(float);
+  static constexpr std::size_t value = std::is_same<FieldT, fields::x>::value   ? 0
+                                       : std::is_same<FieldT, fields::y>::value ? 4
+                                       : std::is_same<FieldT, fields::z>::value
+                                           ? 8
+                                           : 4 * sizeof(float);
 };
 
 } // namespace traits
