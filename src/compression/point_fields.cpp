@@ -16,11 +16,11 @@ hasFieldType(const pcl::PCLPointField& field)
          field.datatype <= pcl::PCLPointField::FLOAT64;
 }
 
-/** \brief The same 32 bits, whatever their type. */
+/** \brief Whether a field is a packed colour: the same 32 bits, whatever their type. */
 bool
-isColour(const std::string& name)
+isColour(const std::string& name, FieldType type)
 {
-  return name == "rgb" || name == "rgba";
+  return (name == "rgb" || name == "rgba") && sizeOf(type) == sizeof(std::uint32_t);
 }
 
 } // namespace
@@ -60,11 +60,13 @@ PointFields::set(const VoxelFrame& frame, void* points, std::size_t stride) cons
 {
   for (const FrameField& field : frame.fields)
     for (const pcl::PCLPointField& target : fields_) {
-      const bool are_colours = isColour(target.name) && isColour(field.name);
+      const auto own_type = static_cast<FieldType>(target.datatype);
+      const bool are_colours =
+          isColour(target.name, own_type) && isColour(field.name, field.type);
       if ((target.name != field.name && !are_colours) || !hasFieldType(target))
         continue;
-      const auto type =
-          are_colours ? field.type : static_cast<FieldType>(target.datatype);
+      // Of colours the bits are copied. A frame may have any type under any name.
+      const FieldType type = are_colours ? field.type : own_type;
       auto* const first = static_cast<unsigned char*>(points) + target.offset;
       const std::size_t count = frame.pointCount();
       for (std::size_t i = 0; i < count; ++i)

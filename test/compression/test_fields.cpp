@@ -57,6 +57,30 @@ POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZClock,
                                   (std::uint16_t, ring, ring))
 // clang-format on
 
+/** \brief Points of 16 bytes that end with a colour, and of 24 with a wider one. */
+struct PointXYZColour {
+  float x;
+  float y;
+  float z;
+  float rgb;
+};
+
+struct PointXYZWideColour {
+  float x;
+  float y;
+  float z;
+  double rgb;
+};
+
+// clang-format off
+POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZColour,
+                                  (float, x, x)(float, y, y)(float, z, z)
+                                  (float, rgb, rgb))
+POINT_CLOUD_REGISTER_POINT_STRUCT(PointXYZWideColour,
+                                  (float, x, x)(float, y, y)(float, z, z)
+                                  (double, rgb, rgb))
+// clang-format on
+
 namespace {
 
 using namespace pcl_ext;
@@ -224,6 +248,24 @@ TEST(ClassFields, OfColoursGoToTypesThatNameThemOtherwise)
   for (const auto& point : *decoded)
     received.insert(point.rgba);
   EXPECT_EQ(received, sent);
+}
+
+TEST(ClassFields, OfAnyTypeNamedAsAColourStayInTheirPoints)
+{
+  pcl::PointCloud<PointXYZWideColour>::Ptr cloud(
+      new pcl::PointCloud<PointXYZWideColour>);
+  cloud->push_back({1.0f, 2.0f, 3.0f, 0.25});
+  cloud->push_back({4.0f, 5.0f, 6.0f, 0.75});
+  IntensityCompressionSettings settings;
+  settings.fields = {{"rgb"}};
+  settings.colour_bits = 0;
+  using Encoder = OctreePointCloudIntensityCompression<PointXYZWideColour>;
+  using Decoder = OctreePointCloudIntensityCompression<PointXYZColour>;
+  const auto received = roundTrip(Encoder(settings), Decoder(), cloud);
+  ASSERT_EQ(received->size(), 2u);
+  EXPECT_EQ(received->at(0).rgb, 0.25f); // a number, converted
+  EXPECT_EQ(received->at(1).rgb, 0.75f);
+  EXPECT_NEAR(received->at(1).x, 4.0f, 0.02f);
 }
 
 TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
