@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/payload_coder.h"
 
+#include "codec/changes/last_frame.h"
 #include "codec/context/payload.h"
 #include "codec/fast/payload.h"
 
@@ -17,17 +18,28 @@ CodingWorkspace::fast()
   return *fast_;
 }
 
+changes::FrameChanges&
+CodingWorkspace::changes()
+{
+  if (!changes_)
+    changes_ = std::make_unique<changes::FrameChanges>();
+  return *changes_;
+}
+
 void
 CodingWorkspace::endFrame(std::size_t needed, std::size_t taken)
 {
-  if (memory_rule_.shouldRelease(needed, taken))
-    fast_.reset();
+  if (!memory_rule_.shouldRelease(needed, taken))
+    return;
+  fast_.reset();
+  changes_.reset();
 }
 
 void
 CodingWorkspace::releaseMemory() noexcept
 {
   fast_.reset();
+  changes_.reset();
   memory_rule_ = MemoryRule();
 }
 

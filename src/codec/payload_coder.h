@@ -20,6 +20,10 @@ namespace fast {
 struct Workspace;
 } // namespace fast
 
+namespace changes {
+struct FrameChanges;
+} // namespace changes
+
 /** \brief Whether the history has indices for the blocks of a P-frame, too. If not, an
  * encoder makes an I-frame instead, and a decoder refuses the frame.
  * \param[in] blocks of the history
@@ -78,6 +82,10 @@ public:
   fast::Workspace&
   fast();
 
+  /** \brief That of frames of changes, likewise. */
+  changes::FrameChanges&
+  changes();
+
   /** \brief Ends a frame. Releases memory that recent frames did not need.
    * \param[in] needed by the frame, voxels plus bytes
    * \param[in] taken allocated for it, voxels plus bytes
@@ -93,11 +101,12 @@ public:
   bool
   isUsed() const
   {
-    return fast_ != nullptr;
+    return fast_ != nullptr || changes_ != nullptr;
   }
 
 private:
   std::unique_ptr<fast::Workspace> fast_;
+  std::unique_ptr<changes::FrameChanges> changes_;
   MemoryRule memory_rule_;
 };
 

@@ -114,12 +114,46 @@ FrameEncoder::encode(const VoxelFrame& frame,
                      const std::optional<FrameStamp>& stamp,
                      std::vector<std::uint8_t>& bytes)
 {
-  return encodeSafely(bytes, frame.size() + frame.fieldValueCount(), [&] {
-    CompressionStatus status = check(frame, stamp);
-    if (status.ok())
+  CompressionStatus status = encodeSafely(bytes, [&] {
+    CompressionStatus checked = check(frame, stamp);
+    if (checked.ok())
       encodeFrame(frame, stamp, bytes);
-    return status;
+    return checked;
   });
+  releaseSpareMemory(status, frame.size() + frame.fieldValueCount());
+  return status;
+}
+
+std::optional<CompressionStatus>
+FrameEncoder::encode(const VoxelChanges& changes,
+                     const std::optional<FrameStamp>& stamp,
+                     std::vector<std::uint8_t>& bytes)
+{
+  const auto is_plain = [](const VoxelFrame& frame) {
+    return isConsistent(frame) && !frame.has_point_counts && frame.fields.empty();
+  };
+  if (format_ != StreamFormat::Version1 || isIFrameDue() || changes.is_from_nothing ||
+      !changes.areOfOneGrid() || !is_plain(changes.gone) || !is_plain(changes.came) ||
+      !checkHeader(stamp, changes.came.layout.get()).ok())
+    return std::nullopt;
+  bool is_encoded = false;
+  CodedFrameStatistics statistics;
+  CompressionStatus status = encodeSafely(bytes, [&] {
+    is_encoded = version1_.takeChanges(changes, stamp) &&
+                 version1_.encodeTaken(changes, stamp, bytes, statistics);
+    if (is_encoded && version1_.needsReplacement()) {
+      bytes.clear();
+      dropLastFrame();
+      is_encoded = false;
+    }
+    if (is_encoded)
+      endFrame(statistics, statistics.voxels == 0);
+    return CompressionStatus();
+  });
+  if (status.ok() && !is_encoded)
+    return std::nullopt;
+  releaseSpareMemory(status, statistics.voxels);
+  return status;
 }
 
 CompressionStatus
@@ -128,10 +162,10 @@ FrameEncoder::encode(const scan::ScanFrame& scan,
                      std::vector<std::uint8_t>& bytes,
                      unsigned int threads)
 {
-  return encodeSafely(bytes, scan.pixelCount(), [&] {
-    CompressionStatus status = checkHeader(stamp, scan.layout.get());
-    if (!status.ok())
-      return status;
+  CompressionStatus status = encodeSafely(bytes, [&] {
+    CompressionStatus checked = checkHeader(stamp, scan.layout.get());
+    if (!checked.ok())
+      return checked;
     IFrameReasons reasons = reasonsOfStream();
     if (!reasons.any())
       version1_.addReasons(scan, stamp, reasons);
@@ -144,33 +178,36 @@ FrameEncoder::encode(const scan::ScanFrame& scan,
       version1_.encode(true, scan, stamp, threads, bytes, statistics);
     }
     endFrame(statistics, scan.pixels.empty());
-    return status;
+    return checked;
   });
+  releaseSpareMemory(status, scan.pixelCount());
+  return status;
 }
 
-/** \brief Encodes a frame; without memory the next one is an I-frame.
- * \param[in] elements of the frame, for which memory is kept
- */
+/** \brief Encodes a frame; without memory the next one is an I-frame. */
 template <typename EncodeT>
 CompressionStatus
-FrameEncoder::encodeSafely(std::vector<std::uint8_t>& bytes,
-                           std::size_t elements,
-                           const EncodeT& encode)
+FrameEncoder::encodeSafely(std::vector<std::uint8_t>& bytes, const EncodeT& encode)
 {
   bytes.clear();
   // If memory runs out the state of the coders is undefined.
-  const auto out_of_memory = [&] {
+  return callOrElse(encode, [&] {
     bytes.clear();
     version1_.forgetVoxels();
     requestIFrame();
     return outOfMemoryStatus<CompressionStatus>();
-  };
-  CompressionStatus status = callOrElse(encode, out_of_memory);
-  // Memory that recent frames did not need.
+  });
+}
+
+/** \brief Releases memory that recent frames did not need.
+ * \param[in] elements of the frame that was encoded, if the status is Ok
+ */
+void
+FrameEncoder::releaseSpareMemory(const CompressionStatus& status, std::size_t elements)
+{
   if (status.ok() && memory_rule_.shouldRelease(version1_.endFrame(elements)) &&
       format_ == StreamFormat::Version1)
     version1_.releaseMemory();
-  return status;
 }
 
 CompressionStatus

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/status.h>
@@ -70,6 +71,16 @@ public:
          const std::optional<FrameStamp>& stamp,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Encodes the next frame of the stream, known by how it differs from the last
+   * one, if it is coded by that; Version1 only.
+   * \param[in] changes of the frame that was encoded last
+   * \return nothing if the frame is to be encoded by all of its voxels; else as encode()
+   */
+  std::optional<CompressionStatus>
+  encode(const VoxelChanges& changes,
+         const std::optional<FrameStamp>& stamp,
+         std::vector<std::uint8_t>& bytes);
+
   /** \brief Encodes the points of the next frame; Version1 only.
    * \param[in] scan of a consistent layout, with ascending pixels
    * \param[in] threads as in EncoderSettings
@@ -106,9 +117,10 @@ private:
 
   template <typename EncodeT>
   CompressionStatus
-  encodeSafely(std::vector<std::uint8_t>& bytes,
-               std::size_t elements,
-               const EncodeT& encode);
+  encodeSafely(std::vector<std::uint8_t>& bytes, const EncodeT& encode);
+
+  void
+  releaseSpareMemory(const CompressionStatus& status, std::size_t elements);
 
   void
   endFrame(const CodedFrameStatistics& statistics, bool is_empty);

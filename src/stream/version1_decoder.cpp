@@ -28,6 +28,8 @@ Version1Decoder::decode(CodingWorkspace& work,
     memory_taken_ += static_cast<std::size_t>(std::min<std::uint64_t>(
         frame_limits_.max_field_values,
         fieldValuesOf(header_, header_.is_i_frame ? header_.fields : state_.fields)));
+  if (header_.is_of_changes && state_.changes) // those of the last frame may all change
+    memory_taken_ += state_.changes->blockCount();
   PayloadSizes sizes;
   prepareStamp();
   // If memory runs out the state of the coder is undefined.

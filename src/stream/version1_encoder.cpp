@@ -53,13 +53,18 @@ Version1Encoder::addReasons(const VoxelFrame& frame,
   if (reasons.any())
     return;
   // That of a moving sensor.
-  reasons.has_long_history =
-      coder().trackedVoxels() > maxTracked(frame.size()) ||
-      coder().trackedBlocks() > maxTracked(countBlocks(frame.keys)) ||
-      !fitsHistory(coder().trackedBlocks(), frame.size());
+  reasons.has_long_history = hasLongHistory(frame.size(), countBlocks(frame.keys));
   reasons.repeats_fine_voxels = !reasons.has_long_history &&
                                 state_.content.refinement_levels > 0 &&
                                 refinement_choice_.endsWith(frame);
+}
+
+bool
+Version1Encoder::hasLongHistory(std::size_t voxels, std::size_t blocks)
+{
+  return coder().trackedVoxels() > maxTracked(voxels) ||
+         coder().trackedBlocks() > maxTracked(blocks) ||
+         !fitsHistory(coder().trackedBlocks(), voxels);
 }
 
 void
@@ -106,17 +111,70 @@ Version1Encoder::stampChange(const FrameStamp& stamp) const
 bool
 Version1Encoder::hasFewChanges(const VoxelFrame& frame)
 {
+  return state_.mayBeFollowedByChanges() &&
+         mayHaveFewChanges(
+             frame.size(), state_.changes->blockCount(), frame.depth_model) &&
+         areFew(state_.changes->countChanges(work_, frame), frame.size());
+}
+
+/** \brief Whether a frame of so many voxels may be one of changes.
+ * \param[in] blocks_before of the last frame */
+bool
+Version1Encoder::mayHaveFewChanges(std::size_t voxels,
+                                   std::size_t blocks_before,
+                                   const std::optional<DepthModel>& model) const
+{
   // Smaller ones take few bytes and little time anyway.
   constexpr std::size_t least_voxels = 1024;
+  return voxels >= least_voxels &&
+         (!state_.depth_model || model == state_.depth_model) &&
+         blocks_before <= maxTracked(voxels);
+}
+
+bool
+Version1Encoder::areFew(std::size_t changes, std::size_t voxels) const
+{
   // To begin with them takes fewer than to go on, as they leave the history behind.
   // The other efforts code many changes in fewer bytes with their history.
   const std::size_t share =
       (was_of_changes_ ? 4 : 8) * (effort_ == Effort::Fast ? 1 : 2);
-  const std::size_t most_changes = frame.size() / share;
-  return frame.size() >= least_voxels && state_.mayBeFollowedByChanges() &&
-         (!state_.depth_model || frame.depth_model == state_.depth_model) &&
-         state_.changes->blockCount() <= maxTracked(frame.size()) &&
-         state_.changes->countChanges(work_, frame) <= most_changes;
+  return changes <= voxels / share;
+}
+
+bool
+Version1Encoder::takeChanges(const VoxelChanges& changes,
+                             const std::optional<FrameStamp>& stamp)
+{
+  if (hasOtherContent(changes.came) || hasFarStamp(stamp) ||
+      !state_.mayBeFollowedByChanges())
+    return false;
+  const std::size_t blocks_before = state_.changes->blockCount(); // less, once taken
+  const auto taken = state_.changes->takeChanges(work_, changes);
+  if (!taken)
+    return false;
+  taken_ = *taken;
+  return taken_.voxels <= DecoderLimits::most_voxels && taken_.blocks <= most_blocks &&
+         !hasLongHistory(taken_.voxels, taken_.blocks) &&
+         mayHaveFewChanges(taken_.voxels, blocks_before, changes.came.depth_model) &&
+         areFew(taken_.changes, taken_.voxels);
+}
+
+bool
+Version1Encoder::encodeTaken(const VoxelChanges& changes,
+                             const std::optional<FrameStamp>& stamp,
+                             std::vector<std::uint8_t>& bytes,
+                             CodedFrameStatistics& statistics)
+{
+  beginHeader(false, stamp);
+  if (!encodeChanges(changes.came))
+    return false;
+  header_.voxel_count = taken_.voxels;
+  statistics.voxels = taken_.voxels;
+  const std::size_t blocks = taken_.voxels > free_blocks ? taken_.blocks : 0;
+  const std::uint32_t checksum = writeFrame(
+      {header_.voxel_count, blocks, 0, 0}, {payload_.size(), 0, 0}, bytes, statistics);
+  learn(checksum, changes.came.depth_model.has_value());
+  return true;
 }
 
 void
@@ -130,9 +188,11 @@ Version1Encoder::encode(FrameKind kind,
   header_.grid = frame.grid;
   header_.intensity_scale = frame.intensity_scale;
   header_.layout = frame.layout;
-  const PayloadSizes sizes = kind == FrameKind::Intra       ? encodeIFrame(frame)
-                             : kind == FrameKind::Predicted ? encodePFrame(frame)
-                                                            : encodeChanges(frame);
+  PayloadSizes sizes;
+  if (kind == FrameKind::Changes && encodeChanges(frame))
+    sizes.occupancy = payload_.size();
+  else
+    sizes = kind == FrameKind::Intra ? encodeIFrame(frame) : encodePFrame(frame);
   header_.voxel_count = frame.size();
   const VoxelFrame& coded = header_.content.hasVoxels() ? coarse_voxels_ : frame;
   const std::uint32_t checksum =
@@ -145,11 +205,18 @@ Version1Encoder::encode(FrameKind kind,
                  statistics);
   if (has_p_frames_ && !header_.is_of_changes)
     state_.prepareChanges(header_, frame);
+  learn(checksum, frame.depth_model.has_value());
+}
+
+/** \brief Learns a frame of voxels that was written. */
+void
+Version1Encoder::learn(std::uint32_t checksum, bool has_depth_model)
+{
   state_.learn(header_, checksum);
   needs_replacement_ |=
       !header_.is_i_frame && was_of_changes_ && !state_.mayBeFollowedByChanges();
   was_of_changes_ = header_.is_of_changes;
-  had_depth_model_ = frame.depth_model.has_value();
+  had_depth_model_ = has_depth_model;
 }
 
 void
@@ -250,14 +317,16 @@ Version1Encoder::encodePFrame(const VoxelFrame& frame)
   return encodeContent(frame, coded);
 }
 
-/** \brief Encodes a frame of changes, after hasFewChanges(). */
-PayloadSizes
+/** \brief Encodes a frame of changes, after hasFewChanges() or takeChanges().
+ * \param[in] frame as ChangeCoder::encode takes it
+ * \return false if the changes are not those of the last frame
+ */
+bool
 Version1Encoder::encodeChanges(const VoxelFrame& frame)
 {
-  header_.is_of_changes = true;
   payload_.clear();
-  state_.changes->encode(work_, frame, payload_);
-  return {payload_.size(), 0, 0};
+  header_.is_of_changes = state_.changes->encode(work_, frame, payload_);
+  return header_.is_of_changes;
 }
 
 /** \brief Sets what an I-frame has besides its voxels. */

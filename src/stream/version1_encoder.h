@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "codec/payload_coder.h"
@@ -60,6 +61,22 @@ public:
   /** \brief True if a frame that need not be an I-frame should be one of changes. */
   bool
   hasFewChanges(const VoxelFrame& frame);
+
+  /** \brief True if the next frame, which need not be an I-frame for other reasons, should
+   * be one of changes, and is known by how it differs from the last one. False if all of
+   * its voxels have to be known. */
+  bool
+  takeChanges(const VoxelChanges& changes, const std::optional<FrameStamp>& stamp);
+
+  /** \brief Encodes a frame whose changes were taken.
+   * \param[in] changes the same
+   * \return false if they are not those of the last frame, which changes nothing
+   */
+  bool
+  encodeTaken(const VoxelChanges& changes,
+              const std::optional<FrameStamp>& stamp,
+              std::vector<std::uint8_t>& bytes,
+              CodedFrameStatistics& statistics);
 
   /** \brief Encodes the next frame.
    * \param[in] kind Changes only if hasFewChanges() was true for the frame
@@ -123,6 +140,20 @@ private:
   hasOtherContent(const VoxelFrame& frame) const;
 
   bool
+  hasLongHistory(std::size_t voxels, std::size_t blocks);
+
+  bool
+  mayHaveFewChanges(std::size_t voxels,
+                    std::size_t blocks_before,
+                    const std::optional<DepthModel>& model) const;
+
+  bool
+  areFew(std::size_t changes, std::size_t voxels) const;
+
+  void
+  learn(std::uint32_t checksum, bool has_depth_model);
+
+  bool
   hasFarStamp(const std::optional<FrameStamp>& stamp) const;
 
   std::int64_t
@@ -143,7 +174,7 @@ private:
   PayloadSizes
   encodePFrame(const VoxelFrame& frame);
 
-  PayloadSizes
+  bool
   encodeChanges(const VoxelFrame& frame);
 
   PayloadSizes
@@ -192,6 +223,7 @@ private:
   VoxelFrame coarse_voxels_;
   VoxelFrame frame_without_model_;
   std::vector<std::uint8_t> payload_;
+  changes::ChangeCoder::ChangedFrame taken_; // by takeChanges()
   CodingWorkspace work_;
 };
 

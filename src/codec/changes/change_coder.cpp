@@ -11,6 +11,7 @@
 #include "voxels/block_division.h"
 
 #include <algorithm>
+#include <array>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 namespace changes {
@@ -21,14 +22,38 @@ namespace {
 constexpr unsigned int several_octants = 9;
 constexpr unsigned int several_cells = 8;
 
-/** \brief Context of a block: which of the last two frames changed it, and how many of
- * the six before. */
-constexpr std::uint8_t
-changeHistoryContext(unsigned int change_history)
+/** \brief Contexts of blocks by their change histories: which of the last two frames
+ * changed a block, and how many of the six before. */
+constexpr std::array<std::uint8_t, 256>
+makeChangeHistoryContexts()
 {
-  const unsigned int before = child_masks.count[change_history >> 2];
-  return static_cast<std::uint8_t>(4 * (before < 3 ? before : 3) +
-                                   (change_history & 3));
+  std::array<std::uint8_t, 256> contexts{};
+  for (unsigned int history = 0; history < 256; ++history) {
+    const unsigned int before = child_masks.count[history >> 2];
+    contexts[history] =
+        static_cast<std::uint8_t>(4 * (before < 3 ? before : 3) + (history & 3));
+  }
+  return contexts;
+}
+
+constexpr std::array<std::uint8_t, 256> change_history_contexts =
+    makeChangeHistoryContexts();
+
+/** \brief Key of the block of a voxel; above all others behind the last voxel. */
+std::uint64_t
+blockKeyAt(const VoxelFrame& frame, std::size_t voxel)
+{
+  return voxel < frame.size() ? frame.keys[voxel] >> block_key_bits : ~std::uint64_t{0};
+}
+
+/** \brief The cells of a block from a voxel on, which is set to the one behind them. */
+std::uint64_t
+takeCells(const VoxelFrame& frame, std::uint64_t block_key, std::size_t& voxel)
+{
+  std::uint64_t cells = 0;
+  for (; blockKeyAt(frame, voxel) == block_key; ++voxel)
+    cells |= std::uint64_t{1} << frame.keys[voxel] % block_cells;
+  return cells;
 }
 
 constexpr unsigned int
@@ -39,78 +64,42 @@ octantOf(std::uint64_t cells, unsigned int octant)
 
 /** \brief The octants in which a block is likely to change. */
 constexpr unsigned int
-likelyOctants(const Block& block)
+likelyOctants(std::uint64_t cells, std::uint64_t recently_changed)
 {
-  return occupiedOctants(block.cells | block.recently_changed);
+  return occupiedOctants(cells | recently_changed);
 }
 
 /** \brief The cells of an octant that are likely to change. */
 constexpr unsigned int
-likelyCells(const Block& block, unsigned int octant)
+likelyCells(std::uint64_t cells, std::uint64_t recently_changed, unsigned int octant)
 {
-  const unsigned int recently_changed = octantOf(block.recently_changed, octant);
-  return recently_changed != 0 ? recently_changed : octantOf(block.cells, octant);
-}
-
-/** \brief The block after a frame that does not change it. */
-constexpr Block
-sameBlock(const Block& block)
-{
-  const auto change_history = static_cast<std::uint8_t>(block.change_history << 1);
-  return {block.key,
-          block.cells,
-          change_history == 0 ? 0 : block.recently_changed,
-          change_history,
-          block.voxels};
-}
-
-/** \brief The block after a frame that changes it. */
-inline Block
-changedBlock(const Block& block, std::uint64_t cells)
-{
-  return {block.key,
-          cells,
-          block.recently_changed | (cells ^ block.cells),
-          static_cast<std::uint8_t>(block.change_history << 1 | 1),
-          static_cast<std::uint8_t>(bitCount(cells))};
+  const unsigned int recent = octantOf(recently_changed, octant);
+  return recent != 0 ? recent : octantOf(cells, octant);
 }
 
 /** \brief Lists the voxels of a frame that is known by its blocks. */
 void
-expand(const LastFrame& last, OctantList& octants, VoxelFrame& frame)
+expand(const Block* blocks,
+       std::size_t block_count,
+       std::size_t voxel_count,
+       OctantList& octants,
+       VoxelFrame& frame)
 {
-  const auto cells_of = [blocks = last.blocks.data()](std::size_t i) {
-    return blocks[i].cells;
-  };
-  const auto key_of = [blocks = last.blocks.data()](std::size_t i) {
-    return blocks[i].key;
-  };
-  reserveAhead(frame.intensities, last.symbols.size());
-  frame.intensities.assign(last.symbols.begin(), last.symbols.end());
-  octants.assign(last.blocks.size(), last.voxel_count, cells_of);
-  octants.listKeys(last.voxel_count, cells_of, key_of, frame.keys);
+  const auto cells_of = [blocks](std::size_t i) { return blocks[i].cells; };
+  const auto key_of = [blocks](std::size_t i) { return blocks[i].key; };
+  octants.assign(block_count, voxel_count, cells_of);
+  octants.listKeys(voxel_count, cells_of, key_of, frame.keys);
 }
 
-/** \brief Appends some voxels of a block to those of a frame.
- * \param[in] some of the block's cells that are occupied
- * \param[in] cells all of them
- * \param[in] symbols of all voxels; empty if the frame has none
- * \param[in] first the block's first voxel
+/** \brief Copies the elements of runs to where they are in the frame.
+ * \param[out] next elements of the frame
  */
+template <class Element>
 void
-appendCells(std::uint64_t key,
-            std::uint64_t some,
-            std::uint64_t cells,
-            const std::vector<std::uint16_t>& symbols,
-            std::size_t first,
-            VoxelFrame& frame)
+copyRuns(const std::vector<Run>& runs, const std::vector<Element>& last, Element* next)
 {
-  for (; some != 0; some &= some - 1) {
-    const std::uint64_t cell = some & (~some + 1);
-    frame.keys.push_back((key << block_key_bits) + lowestBit(some));
-    if (frame.hasIntensities())
-      frame.intensities.push_back(symbols[first + bitCount(cells & (cell - 1))]);
-  }
+  for (const Run& run : runs)
+    std::copy(last.data() + run.begin, last.data() + run.end, next + run.next_begin);
 }
 
 } // namespace
@@ -119,9 +108,9 @@ void
 ChangeCoder::prepare(const VoxelFrame& frame)
 {
   reserveAhead(next_keys_, frame.size());
-  reserveAhead(next_.symbols, frame.intensities.size());
+  reserveAhead(next_symbols_, frame.intensities.size());
   next_keys_.assign(frame.keys.begin(), frame.keys.end());
-  next_.symbols.assign(frame.intensities.begin(), frame.intensities.end());
+  next_symbols_.assign(frame.intensities.begin(), frame.intensities.end());
 }
 
 void
@@ -130,9 +119,12 @@ ChangeCoder::learnWhole(bool is_i_frame) noexcept
   if (is_i_frame)
     *models_ = Models();
   last_keys_.swap(next_keys_);
-  last_.symbols.swap(next_.symbols);
+  last_.symbols.swap(next_symbols_);
   last_.voxel_count = last_keys_.size();
   last_.blocks.clear();
+  last_.change_histories.clear();
+  last_.voxels.clear();
+  last_.occupied_blocks = 0;
   has_last_frame_ = true;
 }
 
@@ -143,35 +135,49 @@ ChangeCoder::collectBlocks()
   if (last_keys_.empty())
     return;
   now_.assign(last_keys_);
-  last_.blocks.clear();
-  reserveAhead(last_.blocks, now_.size());
-  for (std::size_t i = 0; i < now_.size(); ++i)
-    last_.blocks.push_back({now_.keys[i],
-                            now_.masks[i],
-                            0,
-                            0,
-                            static_cast<std::uint8_t>(bitCount(now_.masks[i]))});
+  last_.resizeBlocks(now_.size());
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    last_.blocks[i] = {now_.keys[i], now_.masks[i], 0};
+    last_.voxels[i] = static_cast<std::uint8_t>(bitCount(now_.masks[i]));
+  }
+  last_.occupied_blocks = now_.size();
   last_keys_.clear();
+}
+
+/** \brief Adds a change to those of an encoder's frame.
+ * \param[in] changed cells
+ * \param[in] cells in the frame
+ */
+void
+ChangeCoder::addChange(std::size_t index, std::uint64_t changed, std::uint64_t cells)
+{
+  ChangedBlock& block = changes_->blocks.emplace_back();
+  last_.beginChange(index, block);
+  block.changed = changed;
+  block.cells = cells;
+  const unsigned int octants = occupiedOctants(changed);
+  const unsigned int likely = likelyOctants(block.cells_before, block.recently_changed);
+  block.octant_symbol = static_cast<std::uint8_t>(
+      (octants & (octants - 1)) == 0 ? 1 + fast::rankOf(likely, 0xff, octants)
+                                     : several_octants);
 }
 
 std::size_t
 ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
 {
   fast::FrameBlocks& blocks = memory.fast().frame;
+  voxel_count_ = frame.size();
+  is_taken_ = false;
   collectBlocks();
   now_.assign(frame.keys);
-  const std::size_t count = last_.blocks.size();
-  reserveAhead(changed_, count);
-  reserveAhead(gone_, count);
-  changed_.assign(count, 0);
-  gone_.assign(count, 0);
+  changes_ = &memory.changes();
+  changes_->blocks.clear();
   std::size_t changes = 0;
   std::size_t before = 0; // voxels of the last frame
   const auto compare = [&](std::size_t i, std::uint64_t cells, std::size_t now) {
     const std::uint64_t was = last_.blocks[i].cells;
-    changed_[i] = was ^ cells;
-    gone_[i] = was & ~cells;
-    const std::size_t voxels = last_.blocks[i].voxels;
+    std::uint64_t changed = was ^ cells;
+    const std::size_t voxels = last_.voxels[i];
     const bool has_symbols = frame.hasIntensities() && (was & cells) != 0;
     const std::uint16_t* old_symbol = has_symbols ? &last_.symbols[before] : nullptr;
     const std::uint16_t* symbol =
@@ -182,11 +188,14 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
       for (std::uint64_t left = was | cells; left != 0; left &= left - 1) {
         const std::uint64_t cell = left & (~left + 1);
         if ((was & cells & cell) != 0 && *symbol != *old_symbol)
-          changed_[i] |= cell;
+          changed |= cell;
         symbol += (cells & cell) != 0 ? 1 : 0;
         old_symbol += (was & cell) != 0 ? 1 : 0;
       }
-    changes += changed_[i] != 0 ? bitCount(changed_[i]) : 0;
+    if (changed == 0)
+      return;
+    changes += bitCount(changed);
+    addChange(i, changed, cells);
   };
   divideBlocks(last_.blocks,
                now_.keys.data(),
@@ -200,7 +209,53 @@ ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
   return changes;
 }
 
-void
+std::optional<ChangeCoder::ChangedFrame>
+ChangeCoder::takeChanges(CodingWorkspace& memory, const VoxelChanges& changes)
+{
+  const VoxelFrame& gone = changes.gone;
+  const VoxelFrame& came = changes.came;
+  fast::FrameBlocks& blocks = memory.fast().frame;
+  blocks.new_keys.clear();
+  blocks.new_masks.clear();
+  collectBlocks();
+  changes_ = &memory.changes();
+  changes_->blocks.clear();
+  ChangedFrame frame;
+  std::size_t occupied = 0; // blocks of the last frame, with those that came
+  AscendingLookup<Block> known(last_.blocks);
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < gone.size() || j < came.size()) {
+    const std::uint64_t key = std::min(blockKeyAt(gone, i), blockKeyAt(came, j));
+    const std::uint64_t cells_gone = takeCells(gone, key, i);
+    const std::uint64_t cells_came = takeCells(came, key, j);
+    frame.changes += bitCount(cells_gone | cells_came);
+    const std::size_t block = known.find(key);
+    const std::uint64_t cells = block == not_in_list ? 0 : last_.blocks[block].cells;
+    const bool has_what_went = (cells_gone & ~cells) == 0;
+    const bool has_room = (cells_came & cells & ~cells_gone) == 0;
+    const bool has_symbols = gone.hasIntensities() || (cells_came & cells_gone) == 0;
+    if (!has_what_went || !has_room || !has_symbols)
+      return std::nullopt;
+    const std::uint64_t cells_now = (cells & ~cells_gone) | cells_came;
+    if (block == not_in_list) {
+      blocks.new_keys.push_back(key);
+      blocks.new_masks.push_back(cells_came);
+    }
+    else {
+      addChange(block, cells_gone | cells_came, cells_now);
+    }
+    frame.blocks += cells_now != 0 ? 1 : 0;
+    occupied += cells != 0 ? 1 : 0;
+  }
+  frame.blocks += last_.occupied_blocks - occupied;
+  frame.voxels = last_.voxel_count + came.size() - gone.size();
+  voxel_count_ = frame.voxels;
+  is_taken_ = true;
+  return frame;
+}
+
+bool
 ChangeCoder::encode(CodingWorkspace& memory,
                     const VoxelFrame& frame,
                     std::vector<std::uint8_t>& payload)
@@ -210,11 +265,13 @@ ChangeCoder::encode(CodingWorkspace& memory,
                         ? static_cast<std::int32_t>(frame.intensity_scale.maxSymbol())
                         : 0;
   work.frame.depth = frame.grid.depth;
-  work.frame.voxel_count = frame.size();
+  work.frame.voxel_count = voxel_count_;
   rans::NibbleEncoder coder(work.ranges);
-  code(coder, work, frame.intensities.data());
+  if (!code(coder, work, frame.intensities.data()))
+    return false;
   coder.finish(rans::Interleaving::One, work.words, payload);
   learn();
+  return true;
 }
 
 bool
@@ -230,8 +287,8 @@ ChangeCoder::decode(CodingWorkspace& memory,
   work.frame.voxel_count = payload.voxel_count;
   work.frame.max_blocks = payload.max_blocks;
   collectBlocks();
-  reserveAhead(changed_, last_.blocks.size());
-  changed_.assign(last_.blocks.size(), 0);
+  changes_ = &memory.changes();
+  changes_->blocks.clear();
   rans::NibbleDecoder coder(
       payload.begin, payload.end, rans::Interleaving::One, work.bytes);
   return !coder.isOverrun() && code(coder, work, nullptr) && coder.isAtEnd();
@@ -240,7 +297,23 @@ ChangeCoder::decode(CodingWorkspace& memory,
 void
 ChangeCoder::listVoxels(CodingWorkspace& memory, VoxelFrame& frame) const
 {
-  expand(next_, memory.fast().frame.octants, frame);
+  FrameChanges& changes = *changes_;
+  std::vector<Block>& blocks = changes.all_blocks;
+  reserveAhead(blocks, changes.block_count);
+  blocks.resize(changes.block_count);
+  copyRuns(changes.block_runs, last_.blocks, blocks.data());
+  for (const ChangedBlock& block : changes.blocks)
+    blocks[block.next_index] = {block.key, block.cells, 0};
+  expand(blocks.data(),
+         blocks.size(),
+         changes.voxel_count,
+         memory.fast().frame.octants,
+         frame);
+  reserveAhead(frame.intensities, changes.symbol_count);
+  frame.intensities.resize(changes.symbol_count);
+  copyRuns(changes.symbol_runs, last_.symbols, frame.intensities.data());
+  for (const NewSymbol& symbol : changes.symbols)
+    frame.intensities[symbol.voxel] = symbol.symbol;
 }
 
 void
@@ -248,76 +321,111 @@ ChangeCoder::listChanges(VoxelFrame& gone, VoxelFrame& came) const
 {
   gone.clearVoxels();
   came.clearVoxels();
-  for (const ChangedBlock& block : changed_blocks_) {
-    appendCells(block.key,
-                block.changed & block.cells_before,
-                block.cells_before,
-                last_.symbols,
-                block.first_before,
-                gone);
-    appendCells(block.key,
-                block.changed & block.cells,
-                block.cells,
-                next_.symbols,
-                block.first,
-                came);
+  std::size_t gone_count = 0;
+  std::size_t came_count = 0;
+  for (const ChangedBlock& block : changes_->blocks) {
+    gone_count += bitCount(block.changed & block.cells_before);
+    came_count += bitCount(block.changed & block.cells);
   }
+  const bool has_symbols = gone.hasIntensities();
+  reserveAhead(gone.keys, gone_count);
+  reserveAhead(came.keys, came_count);
+  gone.keys.resize(gone_count);
+  came.keys.resize(came_count);
+  gone.intensities.resize(has_symbols ? gone_count : 0);
+  std::uint64_t* gone_key = gone.keys.data();
+  std::uint64_t* came_key = came.keys.data();
+  std::uint16_t* gone_symbol = gone.intensities.data();
+  for (const ChangedBlock& block : changes_->blocks) {
+    const std::uint64_t before = block.cells_before;
+    const std::uint64_t first_cell = block.key << block_key_bits;
+    const std::uint16_t* const symbols =
+        has_symbols ? last_.symbols.data() + block.first_before : nullptr;
+    for (std::uint64_t left = block.changed & before; left != 0; left &= left - 1) {
+      *gone_key++ = first_cell + lowestBit(left);
+      if (has_symbols)
+        *gone_symbol++ = symbols[bitCount(before & (~left & (left - 1)))];
+    }
+    for (std::uint64_t left = block.changed & block.cells; left != 0; left &= left - 1)
+      *came_key++ = first_cell + lowestBit(left);
+  }
+  for (const NewSymbol& symbol : changes_->symbols)
+    came.intensities.push_back(symbol.symbol);
 }
 
 void
 ChangeCoder::listLastVoxels(VoxelFrame& frame) const
 {
+  frame.intensities.assign(last_.symbols.begin(), last_.symbols.end());
   if (last_.blocks.empty()) {
     frame.keys = last_keys_;
-    frame.intensities = last_.symbols;
     return;
   }
   OctantList octants;
-  expand(last_, octants, frame);
+  expand(last_.blocks.data(), last_.blocks.size(), last_.voxel_count, octants, frame);
 }
 
-/** \brief Codes a frame: next_ from last_.
+/** \brief Codes a frame, and prepares the last frame for it.
  * \param[in] targets symbols of the frame; encoder only
- * \return false if the bytes are invalid
+ * \return false if the bytes, or the changes of an encoder, are invalid
  */
 template <class Coder>
 bool
 ChangeCoder::code(Coder& coder, fast::Workspace& work, const std::uint16_t* targets)
 {
-  *next_models_ = *models_;
+  *changes_->models = *models_;
   work.frame.found_voxels = 0;
-  return codeOctants(coder) && codeCells(coder, cellsInGrid(work.frame.depth)) &&
-         work.new_blocks.code(coder, next_models_->node, work.frame) &&
-         codeSymbols(coder, work.frame, targets);
+  if (!codeOctants(coder) || !codeCells(coder, cellsInGrid(work.frame.depth)) ||
+      !work.new_blocks.code(coder, changes_->models->node, work.frame) ||
+      !insertNewBlocks(work.frame) ||
+      !codeSymbols(coder, work.frame.voxel_count, targets))
+    return false;
+  last_.prepare(*changes_);
+  return true;
 }
 
 /** \brief Codes for each block whether it changes, and if it changes in one octant, in
- * which. */
+ * which. A decoder lists the blocks that change. */
 template <class Coder>
 bool
-ChangeCoder::codeOctants(Coder& coder)
+ChangeCoder::codeOctants(Coder& coder_now)
 {
   const std::size_t count = last_.blocks.size();
-  reserveAhead(octant_contexts_, count);
-  reserveAhead(octant_symbols_, count);
-  octant_contexts_.resize(count);
-  octant_symbols_.resize(count);
-  for (std::size_t i = 0; i < count; ++i)
-    octant_contexts_[i] = changeHistoryContext(last_.blocks[i].change_history);
-  for (std::size_t i = 0; !Coder::is_decoder && i < count; ++i) {
-    const unsigned int octants = occupiedOctants(changed_[i]);
-    const unsigned int rank =
-        fast::rankOf(likelyOctants(last_.blocks[i]), 0xff, octants);
-    octant_symbols_[i] =
-        static_cast<std::uint8_t>(octants == 0                     ? 0
-                                  : (octants & (octants - 1)) == 0 ? 1 + rank
-                                                                   : several_octants);
+  const std::uint8_t* const histories = last_.change_histories.data();
+  rans::NibbleModel* const models = changes_->models->octant.data();
+  std::vector<ChangedBlock>& blocks = changes_->blocks;
+  const auto model_of = [=](std::size_t i) -> rans::NibbleModel& {
+    return models[change_history_contexts[histories[i]]];
+  };
+  coder_now.reserve(count);
+  Coder coder = coder_now; // in registers
+  if constexpr (Coder::is_decoder) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const unsigned int symbol = coder.decodeMostlyZero(model_of(i));
+      if (coder.isOverrun())
+        return false;
+      if (symbol == 0)
+        continue;
+      prefetch(&last_.blocks[i]);
+      ChangedBlock& block = blocks.emplace_back();
+      block.index = static_cast<std::uint32_t>(i);
+      block.octant_symbol = static_cast<std::uint8_t>(symbol);
+    }
+    for (ChangedBlock& block : blocks)
+      last_.beginChange(block.index, block);
   }
-  coder.reserve(count);
-  return coder.codeRow(next_models_->octant.data(),
-                       octant_contexts_.data(),
-                       octant_symbols_.data(),
-                       count);
+  else {
+    std::size_t i = 0;
+    for (const ChangedBlock& block : blocks) {
+      for (; i < block.index; ++i)
+        coder.code(model_of(i), 0);
+      coder.code(model_of(i++), block.octant_symbol);
+    }
+    for (; i < count; ++i)
+      coder.code(model_of(i), 0);
+  }
+  coder_now = coder;
+  return true;
 }
 
 /** \brief Codes which cells of the blocks change: their occupancy, or their symbol. */
@@ -326,15 +434,13 @@ bool
 ChangeCoder::codeCells(Coder& coder_now, std::uint64_t cells_in_grid)
 {
   Coder coder = coder_now; // in registers
-  Models& models = *next_models_;
-  for (std::size_t i = 0; i < last_.blocks.size(); ++i) {
-    const unsigned int symbol = octant_symbols_[i];
-    if (symbol == 0)
-      continue;
-    const Block& block = last_.blocks[i];
-    const unsigned int likely = likelyOctants(block);
+  Models& models = *changes_->models;
+  for (ChangedBlock& block : changes_->blocks) {
+    const unsigned int symbol = block.octant_symbol;
+    const unsigned int likely =
+        likelyOctants(block.cells_before, block.recently_changed);
     coder.reserve(26);
-    unsigned int octants = occupiedOctants(changed_[i]);
+    unsigned int octants = occupiedOctants(block.changed);
     if (symbol < several_octants)
       octants = 1u << fast::childOfRank(likely, 0xff, symbol - 1);
     else
@@ -345,8 +451,9 @@ ChangeCoder::codeCells(Coder& coder_now, std::uint64_t cells_in_grid)
     std::uint64_t changed = 0;
     for (; octants != 0; octants &= octants - 1) {
       const unsigned int octant = lowestBit(octants);
-      const unsigned int near = likelyCells(block, octant);
-      unsigned int cells = octantOf(changed_[i], octant);
+      const unsigned int near =
+          likelyCells(block.cells_before, block.recently_changed, octant);
+      unsigned int cells = octantOf(block.changed, octant);
       unsigned int rank = child_masks.count[cells] == 1
                               ? fast::rankOf(near, 0xff, cells)
                               : several_cells;
@@ -362,106 +469,132 @@ ChangeCoder::codeCells(Coder& coder_now, std::uint64_t cells_in_grid)
     }
     if ((changed & ~cells_in_grid) != 0 || coder.isOverrun())
       return false;
-    changed_[i] = changed;
+    block.changed = changed;
   }
   coder_now = coder;
   return true;
+}
+
+/** \brief Inserts the new blocks of a frame among those that it changes.
+ * \return false if one of them is not new
+ */
+bool
+ChangeCoder::insertNewBlocks(const fast::FrameBlocks& new_blocks)
+{
+  std::vector<ChangedBlock>& blocks = changes_->blocks;
+  const Block* const last = last_.blocks.data();
+  std::size_t old_end = blocks.size();
+  std::size_t end = old_end + new_blocks.new_keys.size();
+  blocks.resize(end);
+  std::size_t above = last_.blocks.size(); // from here on there are larger keys
+  for (std::size_t j = new_blocks.new_keys.size(); j-- > 0;) {
+    ChangedBlock block{};
+    block.key = new_blocks.new_keys[j];
+    for (; old_end > 0 && blocks[old_end - 1].key > block.key; --old_end) {
+      blocks[--end] = blocks[old_end - 1];
+      above = blocks[end].index;
+    }
+    const std::size_t first = old_end > 0 ? blocks[old_end - 1].index : 0;
+    const Block* const behind = std::lower_bound(
+        last + first,
+        last + above,
+        block.key,
+        [](const Block& known, std::uint64_t key) { return known.key < key; });
+    above = static_cast<std::size_t>(behind - last);
+    if (above < last_.blocks.size() && behind->key == block.key)
+      return false;
+    block.changed = new_blocks.new_masks[j];
+    block.cells = block.changed;
+    block.index = static_cast<std::uint32_t>(above);
+    block.is_new = true;
+    block.change_history = 1;
+    blocks[--end] = block;
+  }
+  return true;
+}
+
+/** \brief Sets the first voxels of the blocks that change.
+ * \return number of their cells that change
+ */
+std::size_t
+ChangeCoder::findFirstVoxels()
+{
+  std::size_t changed_cells = 0;
+  std::uint32_t first = 0;
+  std::size_t i = 0;
+  for (ChangedBlock& block : changes_->blocks) {
+    for (; i < block.index; ++i)
+      first += last_.voxels[i];
+    block.first_before = first;
+    if (highest_symbol_ > 0)
+      prefetch(last_.symbols.data() + first);
+    changed_cells += bitCount(block.changed);
+  }
+  return changed_cells;
 }
 
 /** \brief Codes what the changed cells become, and those of new blocks. */
 template <class Coder>
 bool
 ChangeCoder::codeSymbols(Coder& coder,
-                         const fast::FrameBlocks& blocks,
+                         std::size_t voxel_count,
                          const std::uint16_t* targets)
 {
-  next_.voxel_count = blocks.voxel_count;
-  reserveAhead(next_.symbols, next_.voxel_count);
-  reserveAhead(next_.blocks, last_.blocks.size() + blocks.new_keys.size());
-  next_.symbols.resize(highest_symbol_ > 0 ? next_.voxel_count : 0);
-  next_.blocks.resize(last_.blocks.size() + blocks.new_keys.size());
+  const std::size_t changed_cells = findFirstVoxels();
+  // Those that are occupied in the one frame and in the other.
+  if (changed_cells > last_.voxel_count + voxel_count)
+    return false;
   ChangedSymbols<Coder> symbols(coder,
-                                *next_models_,
-                                targets,
+                                *changes_->models,
+                                {targets, is_taken_},
                                 highest_symbol_,
                                 last_.symbols,
-                                next_.symbols,
-                                next_.voxel_count);
-  changed_blocks_.clear();
-  bool is_valid = true;
-  std::size_t before = 0; // voxels of the last frame
-  Block* next = next_.blocks.data();
-  const auto code_block = [&](const Block& block,
-                              std::uint64_t changed,
-                              std::uint64_t gone) {
-    std::uint64_t cells = block.cells ^ changed;
-    const std::size_t first = symbols.voxelOf(before);
-    for (std::uint64_t left = changed; left != 0; left &= left - 1) {
+                                voxel_count,
+                                changed_cells,
+                                *changes_);
+  std::size_t occupied_blocks = last_.occupied_blocks;
+  for (ChangedBlock& block : changes_->blocks) {
+    const std::uint64_t before = block.cells_before;
+    std::uint64_t cells = before ^ block.changed;
+    for (std::uint64_t left = block.changed; left != 0; left &= left - 1) {
       const std::uint64_t cell = left & (~left + 1);
-      is_valid &= symbols.copyUntil(before + bitCount(block.cells & (cell - 1)));
-      if (!is_valid)
-        return;
-      if ((block.cells & cell) == 0)
-        is_valid = symbols.codeAppeared();
-      else {
-        bool is_gone = (gone & cell) != 0;
-        is_valid = symbols.codeChanged((block.recently_changed & cell) != 0, is_gone);
-        cells |= is_gone ? 0 : cell;
+      if (!symbols.keepUntil(block.first_before + bitCount(before & (cell - 1))))
+        return false;
+      if ((before & cell) == 0) {
+        if (!symbols.codeAppeared())
+          return false;
+        continue;
       }
-      if (!is_valid)
-        return;
+      bool is_gone = (block.cells & cell) == 0;
+      if (!symbols.codeChanged((block.recently_changed & cell) != 0, is_gone))
+        return false;
+      cells |= is_gone ? 0 : cell;
     }
-    if (Coder::is_decoder)
-      changed_blocks_.push_back(
-          {block.key, block.cells, cells, changed, before, first});
-    before += block.voxels;
-    *next++ = changedBlock(block, cells);
-  };
-  const auto code_old = [&](std::size_t i) {
-    const Block& block = last_.blocks[i];
-    if (changed_[i] == 0) {
-      before += block.voxels;
-      *next = sameBlock(block);
-      next += isNotZero(next->cells | next->change_history);
-    }
-    else if (is_valid)
-      code_block(block, changed_[i], Coder::is_decoder ? 0 : gone_[i]);
-  };
-  const auto code_new = [&](std::size_t j, std::size_t i) {
-    if (i != not_in_list || !is_valid)
-      return false;
-    code_block({blocks.new_keys[j], 0, 0, 0, 0}, blocks.new_masks[j], 0);
-    return is_valid;
-  };
-  if (!walkSideBySide(last_.blocks, blocks.new_keys, code_old, code_new) || !is_valid ||
-      !symbols.copyUntil(last_.voxel_count) ||
-      symbols.voxelCount() != next_.voxel_count)
-    return false;
-  next_.blocks.resize(static_cast<std::size_t>(next - next_.blocks.data()));
-  coder = symbols.coder();
-  return true;
+    block.cells = cells;
+    occupied_blocks += isNotZero(cells);
+    occupied_blocks -= isNotZero(before);
+  }
+  changes_->occupied_blocks = occupied_blocks;
+  return symbols.finish(last_.voxel_count, coder, *changes_);
 }
 
 void
 ChangeCoder::learn() noexcept
 {
-  std::swap(last_, next_);
-  models_.swap(next_models_);
+  last_.apply(*changes_);
+  models_.swap(changes_->models);
 }
 
 void
 ChangeCoder::releaseMemory()
 {
-  next_ = LastFrame();
+  next_symbols_ = std::vector<std::uint16_t>();
   next_keys_ = std::vector<std::uint64_t>();
   last_keys_.shrink_to_fit();
   now_ = BlockList();
-  changed_ = std::vector<std::uint64_t>();
-  gone_ = std::vector<std::uint64_t>();
-  octant_contexts_ = std::vector<std::uint8_t>();
-  octant_symbols_ = std::vector<std::uint8_t>();
-  changed_blocks_ = std::vector<ChangedBlock>();
   last_.blocks.shrink_to_fit();
+  last_.change_histories.shrink_to_fit();
+  last_.voxels.shrink_to_fit();
   last_.symbols.shrink_to_fit();
 }
 

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "codec/changes/last_frame.h"
@@ -13,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -66,15 +68,33 @@ public:
   std::size_t
   countChanges(CodingWorkspace& memory, const VoxelFrame& frame);
 
-  /** \brief Appends the payload of the frame that was compared, and learns it. */
-  void
+  /** \brief What is known of a frame by its changes. */
+  struct ChangedFrame {
+    std::size_t changes = 0; ///< cells
+    std::size_t voxels = 0;
+    std::size_t blocks = 0; ///< with voxels
+  };
+
+  /** \brief The same for a frame that is known by how it differs from the last one.
+   * \param[in] changes of one grid, and of the intensities of the last frame
+   * \return nothing if the last frame does not have what went, or has what came, or if a
+   * voxel without an intensity is in both. Intensities of what went are not compared
+   */
+  std::optional<ChangedFrame>
+  takeChanges(CodingWorkspace& memory, const VoxelChanges& changes);
+
+  /** \brief Appends the payload of the frame that was compared or taken, and learns it.
+   * \param[in] frame that was compared, or the voxels that came
+   * \return false if symbols that came are those of the last frame, which changes nothing
+   */
+  bool
   encode(CodingWorkspace& memory,
          const VoxelFrame& frame,
          std::vector<std::uint8_t>& payload);
 
   /** \brief Inverse of encode(). listVoxels() or listChanges() may follow, with the same
    * memory; then either learn(), or the frame is taken as failed, which changes nothing.
-   * \param[in,out] memory for the frame
+   * \param[in,out] memory for the frame, not to be used for others before learn()
    * \param[in] payload 1 voxel or more
    * \param[in] frame its grid and scale are those of the frame
    * \return false if the bytes are not exactly one payload of that many voxels
@@ -126,45 +146,38 @@ private:
   bool
   codeCells(Coder& coder, std::uint64_t cells_in_grid);
 
+  bool
+  insertNewBlocks(const fast::FrameBlocks& blocks);
+
+  std::size_t
+  findFirstVoxels();
+
   template <class Coder>
   bool
-  codeSymbols(Coder& coder,
-              const fast::FrameBlocks& blocks,
-              const std::uint16_t* targets);
+  codeSymbols(Coder& coder, std::size_t voxel_count, const std::uint16_t* targets);
 
   void
   collectBlocks();
 
-  /** \brief A block that a frame changes. */
-  struct ChangedBlock {
-    std::uint64_t key;
-    std::uint64_t cells_before;
-    std::uint64_t cells;
-    std::uint64_t changed;
-    std::size_t first_before; ///< its first voxel in the last frame
-    std::size_t first;        ///< in the frame
-  };
+  void
+  addChange(std::size_t index, std::uint64_t changed, std::uint64_t cells);
 
   bool has_last_frame_ = false;
   /** \brief The last frame if it was copied and no frame referred to it, else empty;
    * most streams need no more. */
   std::vector<std::uint64_t> last_keys_;
-  std::vector<std::uint64_t> next_keys_;
   LastFrame last_;
   std::unique_ptr<Models> models_ = std::make_unique<Models>();
-  // After the current frame, until learn().
-  LastFrame next_;
-  std::unique_ptr<Models> next_models_ = std::make_unique<Models>();
+  // A frame that was copied, until learnWhole().
+  std::vector<std::uint64_t> next_keys_;
+  std::vector<std::uint16_t> next_symbols_;
 
-  // Of the current frame; members so that their memory is reused.
+  // Of the current frame.
+  FrameChanges* changes_ = nullptr; ///< memory for it
   std::int32_t highest_symbol_ = 0; ///< 0: no intensities
+  std::size_t voxel_count_ = 0;     ///< encoder only
+  bool is_taken_ = false;           ///< by takeChanges()
   BlockList now_; ///< the frame's, encoder only; or those of a frame that was copied
-  // By block of the last frame.
-  std::vector<std::uint64_t> changed_; ///< cells
-  std::vector<std::uint64_t> gone_;    ///< of these, those that vanish; encoder only
-  std::vector<std::uint8_t> octant_contexts_;
-  std::vector<std::uint8_t> octant_symbols_;
-  std::vector<ChangedBlock> changed_blocks_; ///< ascending; decoder only
 };
 
 } // namespace changes
