@@ -5,6 +5,7 @@
 #include "nodes/merged_voxels.h"
 #include "nodes/received_stream.h"
 #include "stream/setting_checks.h"
+#include "voxels/frame_parts.h"
 
 #include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
@@ -217,18 +218,29 @@ public:
   MergeStatus
   merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
   {
-    const auto failed = [&](const CentralNodeStatus& status) {
+    MergeStatus status = mergeInto([&] { merged_voxels_.write(merged); }, stamps);
+    if (!status.ok())
       merged = io::VoxelFrame();
-      return MergeStatus(status.code(), status.message());
-    };
-    if (!settings_status_.ok())
-      return failed(settings_status_);
-    try {
-      return mergeOrThrow(merged, stamps);
+    return status;
+  }
+
+  MergeStatus
+  mergeChanges(MergedChanges& changes, const std::optional<StampRange>& stamps)
+  {
+    MergeStatus status = mergeInto([&] { listChanges(changes); }, stamps);
+    if (!status.ok()) {
+      changes = MergedChanges();
+      changes.voxels.is_from_nothing = true;
     }
-    catch (const std::bad_alloc&) {
-      return failed(outOfMemoryStatus<CentralNodeStatus>());
-    }
+    return status;
+  }
+
+  void
+  mergedVoxels(io::VoxelFrame& merged)
+  {
+    const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
+    callOrCleanUp([&] { merged_voxels_.write(merged); },
+                  [&] { merged = io::VoxelFrame(); });
   }
 
   std::vector<StreamHealth>
@@ -242,16 +254,30 @@ public:
   }
 
 private:
+  /** \brief Merges the streams, and gives the result out. */
+  template <typename WriteT>
   MergeStatus
-  mergeOrThrow(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
+  mergeInto(const WriteT& write, const std::optional<StampRange>& stamps)
   {
-    const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
-    return callOrCleanUp([&] { return mergeStreams(merged, stamps); },
-                         [&] { merged_voxels_.releaseMemory(); });
+    if (!settings_status_.ok())
+      return {settings_status_.code(), settings_status_.message()};
+    const auto merge_and_write = [&] {
+      MergeStatus status = mergeStreams(stamps);
+      write();
+      return status;
+    };
+    try {
+      const std::lock_guard<std::mutex> merge_lock(merge_mutex_);
+      return callOrCleanUp(merge_and_write, [&] { merged_voxels_.releaseMemory(); });
+    }
+    catch (const std::bad_alloc&) {
+      const CentralNodeStatus status = outOfMemoryStatus<CentralNodeStatus>();
+      return {status.code(), status.message()};
+    }
   }
 
   MergeStatus
-  mergeStreams(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
+  mergeStreams(const std::optional<StampRange>& stamps)
   {
     const Time now = settings_.clock();
     MergedVoxels::Streams streams;
@@ -259,10 +285,22 @@ private:
       const std::shared_lock<std::shared_mutex> lock(streams_mutex_);
       streams = streams_;
     }
+    ++merge_number_;
     MergeStatus status;
-    status.streams = merged_voxels_.merge(
-        streams, {now - settings_.max_merge_age, now, stamps}, merged);
+    status.streams =
+        merged_voxels_.merge(streams, {now - settings_.max_merge_age, now, stamps});
     return status;
+  }
+
+  void
+  listChanges(MergedChanges& changes)
+  {
+    changes.number = merge_number_;
+    if (merged_voxels_.listChanges(changes.voxels))
+      return;
+    merged_voxels_.write(changes.voxels.came);
+    io::beginLike(changes.voxels.came, changes.voxels.gone);
+    changes.voxels.is_from_nothing = true;
   }
 
   /** \brief As receive(), but throws std::bad_alloc without memory for a message. */
@@ -368,6 +406,7 @@ private:
   std::atomic<bool> is_refusing_{false}; // those that wait
 
   std::mutex merge_mutex_; // guards merging
+  std::size_t merge_number_ = 0;
   MergedVoxels merged_voxels_;
 };
 
@@ -450,6 +489,19 @@ MergeStatus
 CentralNode::merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps)
 {
   return implementation_->merge(merged, stamps);
+}
+
+MergeStatus
+CentralNode::mergeChanges(MergedChanges& changes,
+                          const std::optional<StampRange>& stamps)
+{
+  return implementation_->mergeChanges(changes, stamps);
+}
+
+void
+CentralNode::mergedVoxels(io::VoxelFrame& merged) const
+{
+  implementation_->mergedVoxels(merged);
 }
 
 std::vector<StreamHealth>

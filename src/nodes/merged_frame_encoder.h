@@ -4,11 +4,14 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
+#include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "stream/frame_encoder.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,13 +52,41 @@ public:
          const std::string& frame_id,
          std::vector<std::uint8_t>& bytes);
 
+  /** \brief Gives all voxels of a merged frame. */
+  using Voxels = std::function<const io::VoxelFrame&()>;
+
+  /** \brief Encodes a merged frame by how it differs from the one that was encoded last,
+   * in less time where that is little; the bytes are the same.
+   * \param[in] changes from CentralNode::mergeChanges()
+   * \param[in] voxels called where the frame is coded by all of its voxels
+   */
+  io::CompressionStatus
+  encode(const MergedChanges& changes,
+         const Voxels& voxels,
+         Time stamp,
+         const std::string& frame_id,
+         std::vector<std::uint8_t>& bytes);
+
+  /** \brief Figures of the last frame. */
+  const io::CodedFrameStatistics&
+  statistics() const
+  {
+    return encoder_.statistics();
+  }
+
 private:
   const io::VoxelFrame&
-  onHeldScale(const io::VoxelFrame& merged);
+  onHeldScale(const io::VoxelFrame& merged, bool is_i_frame_due);
+
+  const io::VoxelChanges*
+  onHeldScale(const io::VoxelChanges& changes);
 
   io::FrameEncoder encoder_;
   io::IntensityScale held_; // of the last frame
-  io::VoxelFrame frame_;    // with the scale that is held; keeps its memory
+  std::size_t number_ = 0;  // of the merged frame that was encoded last; 0: unknown
+  // With the scale that is held; keep their memory.
+  io::VoxelFrame frame_;
+  io::VoxelChanges changes_;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes

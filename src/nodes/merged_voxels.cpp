@@ -2,7 +2,6 @@
 #include "nodes/merged_voxels.h"
 
 #include <pcl_ext/compression/compression_settings.h>
-#include <pcl_ext/intensity/intensity_model.h>
 
 #include "platforms/run_at_once.h"
 #include "voxels/grid_fit.h"
@@ -12,6 +11,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
 
@@ -19,14 +19,6 @@ namespace {
 
 constexpr float no_limit = std::numeric_limits<float>::infinity();
 constexpr unsigned int most_threads = 8; // more would look at the same updates
-
-io::IntensityQuantiser
-mergingQuantiser()
-{
-  io::EncoderSettings settings;
-  settings.aggregation = io::Aggregation::Sum;
-  return {settings, IntensityUnit::Native};
-}
 
 /** \brief The lower one of the two middle values, which are reordered; 0 of none. */
 double
@@ -48,17 +40,6 @@ isAllowedOrigin(const std::array<double, 3>& origin)
   return io::checkSettings(settings).ok();
 }
 
-io::VoxelColour
-meanOf(const SummedColour& sum)
-{
-  const auto mean = [&](std::size_t channel) {
-    return static_cast<std::uint8_t>(
-        (std::uint64_t{2} * sum.channels[channel] + sum.summands) /
-        (std::uint64_t{2} * sum.summands));
-  };
-  return {mean(0), mean(1), mean(2)};
-}
-
 } // namespace
 
 MergedVoxels::MergedVoxels(double resolution,
@@ -67,7 +48,6 @@ MergedVoxels::MergedVoxels(double resolution,
 : has_fixed_origin_(origin.has_value())
 , threads_(std::min(threads, most_threads))
 , sums_(threads_)
-, quantiser_(mergingQuantiser())
 {
   scale_.grid.resolution = resolution;
   scale_.grid.origin = origin.value_or(Origin{});
@@ -75,13 +55,15 @@ MergedVoxels::MergedVoxels(double resolution,
 }
 
 std::vector<MergedStream>
-MergedVoxels::merge(const Streams& streams,
-                    const FrameSelection& selection,
-                    io::VoxelFrame& merged)
+MergedVoxels::merge(const Streams& streams, const FrameSelection& selection)
 {
+  // Behind what is written of the last one.
+  if (std::exchange(is_release_due_, false))
+    releaseMemory();
   setEntries(streams, selection);
   updateSums(selection);
-  writeMerged(merged);
+  constexpr std::size_t bytes_of_voxel = 32;
+  is_release_due_ = memory_rule_.shouldRelease(voxelCount() * bytes_of_voxel);
   std::vector<MergedStream> merged_streams;
   for (const auto& [name, stream] : streams) {
     const Entry& entry = entries_.at(name);
@@ -89,9 +71,6 @@ MergedVoxels::merge(const Streams& streams,
                             entry.voxels.countAbove(scale_.limit));
     merged_streams.push_back({name, entry.frame});
   }
-  constexpr std::size_t bytes_of_voxel = 32;
-  if (memory_rule_.shouldRelease(voxelCount() * bytes_of_voxel))
-    releaseMemory();
   return merged_streams;
 }
 
@@ -101,9 +80,9 @@ MergedVoxels::releaseMemory() noexcept
   entries_.clear();
   all_.clear();
   sums_.clear();
+  are_changes_listed_ = false;
   has_grid_ = false;
-  intensities_ = std::vector<double>();
-  quantiser_.releaseMemory();
+  writer_.releaseMemory();
 }
 
 /** \brief Calls work(entry, thread) for all streams. */
@@ -189,8 +168,18 @@ MergedVoxels::updateChanged()
     return false;
   if (are_any_changed && !has_fixed_origin_ && outsideLattice() > 0)
     return false; // another origin may be better
-  addUpdates();
+  addUpdates(areUpdatesFew());
   return !isGridFarTooLarge();
+}
+
+/** \brief Whether changes are so few that it helps to know them. */
+bool
+MergedVoxels::areUpdatesFew() const
+{
+  std::size_t updates = 0;
+  for (const Entry* entry : all_)
+    updates += entry->voxels.updates().updates.size();
+  return updates <= sums_.size() / 2;
 }
 
 void
@@ -220,12 +209,13 @@ MergedVoxels::writeUpdates()
 }
 
 void
-MergedVoxels::addUpdates()
+MergedVoxels::addUpdates(bool lists_changes)
 {
+  are_changes_listed_ = lists_changes;
   std::vector<const VoxelUpdates*> of_streams;
   for (const Entry* entry : all_)
     of_streams.push_back(&entry->voxels.updates());
-  sums_.add(of_streams);
+  sums_.add(of_streams, lists_changes);
 }
 
 /** \brief Enters all voxels of all streams anew, on a grid that has them. */
@@ -247,7 +237,7 @@ MergedVoxels::enterAll(const FrameSelection& selection)
     scale_.grid = io::adaptGrid(scale_.grid, has_grid_, may_refit, *range);
   has_grid_ |= range.has_value();
   writeUpdates();
-  addUpdates();
+  addUpdates(false);
 }
 
 /** \brief Number of voxels on the lattice of an origin.
@@ -351,14 +341,14 @@ std::optional<io::LatticeRange>
 MergedVoxels::rangeOfSums() const
 {
   std::optional<io::LatticeRange> range;
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
-    const io::VoxelPosition position = io::voxelPosition(sums_.keys()[i]);
-    const CentreLattice::Index& first = scale_.grid.first_index;
+  const CentreLattice::Index& first = scale_.grid.first_index;
+  sums_.forEach([&](std::uint64_t key, std::int64_t, const SummedColour&) {
+    const io::VoxelPosition position = io::voxelPosition(key);
     const CentreLattice::Index index{first[0] + static_cast<std::int32_t>(position.x),
                                      first[1] + static_cast<std::int32_t>(position.y),
                                      first[2] + static_cast<std::int32_t>(position.z)};
     range = range ? io::unite(*range, {index, index}) : io::LatticeRange{index, index};
-  }
+  });
   return range;
 }
 
@@ -442,68 +432,17 @@ MergedVoxels::commonStep() const
   return common;
 }
 
+bool
+MergedVoxels::listChanges(io::VoxelChanges& changes)
+{
+  return are_changes_listed_ &&
+         writer_.listChanges({sums_, scale_, commonStep()}, changes);
+}
+
 void
-MergedVoxels::writeMerged(io::VoxelFrame& merged)
+MergedVoxels::write(io::VoxelFrame& merged)
 {
-  merged.clearVoxels();
-  merged.fields.clear();
-  merged.has_point_counts = false;
-  merged.depth_model.reset();
-  merged.viewpoint = {};
-  merged.grid = scale_.grid;
-  const io::CommonStep common = commonStep();
-  merged.keys.assign(sums_.keys(), sums_.keys() + sums_.size());
-  merged.colour_bits = writeColours(merged) ? 8 : 0;
-  if (common.divisor() == 1 && setWholeIntensities(merged))
-    return;
-  std::size_t vanished = 0;
-  constexpr bool may_refit = true; // each frame has a scale of its own
-  const double step = 1.0 / scale_.units;
-  intensities_.clear();
-  for (std::size_t i = 0; i < sums_.size(); ++i)
-    intensities_.push_back(static_cast<double>(sums_.intensities()[i]) * step);
-  quantiser_.quantise(intensities_, common, may_refit, merged, vanished);
-}
-
-/** \brief Writes the mean colours of voxels.
- * \return whether there are any */
-bool
-MergedVoxels::writeColours(io::VoxelFrame& merged) const
-{
-  const SummedColour* const sums = sums_.colours();
-  const auto has_colour = [](const SummedColour& sum) { return sum.summands != 0; };
-  if (sums == nullptr || std::none_of(sums, sums + sums_.size(), has_colour))
-    return false;
-  // Black where no stream has a colour.
-  for (std::size_t i = 0; i < sums_.size(); ++i)
-    merged.colours.push_back(has_colour(sums[i]) ? meanOf(sums[i]) : io::VoxelColour());
-  return true;
-}
-
-/** \brief Sets intensities that are whole numbers of 0 to 65535, as the quantiser
- * would.
- * \return false if not all are */
-bool
-MergedVoxels::setWholeIntensities(io::VoxelFrame& merged) const
-{
-  if (scale_.units < 1.0)
-    return false;
-  constexpr int most_bits = 63;
-  const int shift = std::min(std::ilogb(scale_.units), most_bits); // a power of two
-  constexpr std::int64_t highest_number = 65535;
-  std::int64_t highest = 0;
-  merged.intensities.resize(sums_.size());
-  for (std::size_t i = 0; i < sums_.size(); ++i) {
-    const std::int64_t number = sums_.intensities()[i] >> shift;
-    if (number < 0 || number > highest_number)
-      return false;
-    highest = std::max(highest, number);
-    merged.intensities[i] = static_cast<std::uint16_t>(number);
-  }
-  merged.intensity_scale = io::IntensityScale();
-  while (highest > static_cast<std::int64_t>(merged.intensity_scale.maxSymbol()))
-    ++merged.intensity_scale.bits;
-  return true;
+  writer_.write({sums_, scale_, commonStep()}, merged);
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes

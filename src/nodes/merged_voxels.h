@@ -1,14 +1,15 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/nodes/central_node.h>
 
 #include "nodes/entered_stream.h"
+#include "nodes/merged_writer.h"
 #include "nodes/received_stream.h"
 #include "nodes/summed_voxels.h"
 #include "voxelizing/common_step.h"
-#include "voxelizing/intensity_quantiser.h"
 #include "voxels/memory_rule.h"
 
 #include <array>
@@ -45,9 +46,16 @@ public:
    * grid, and how many intensities were reduced.
    * \return what of each stream is merged */
   std::vector<MergedStream>
-  merge(const Streams& streams,
-        const FrameSelection& selection,
-        io::VoxelFrame& merged);
+  merge(const Streams& streams, const FrameSelection& selection);
+
+  /** \brief Lists how the merged voxels differ from those merged before.
+   * \return false if that is not known of all */
+  bool
+  listChanges(io::VoxelChanges& changes);
+
+  /** \brief Writes the merged voxels. */
+  void
+  write(io::VoxelFrame& merged);
 
   /** \brief Drops all memory. To be called when merge() threw, which may have entered a
    * part of the voxels. */
@@ -84,10 +92,13 @@ private:
   updateChanged();
 
   bool
+  areUpdatesFew() const;
+
+  bool
   writeUpdates();
 
   void
-  addUpdates();
+  addUpdates(bool lists_changes);
 
   void
   enterAll(const FrameSelection& selection);
@@ -125,15 +136,6 @@ private:
   io::CommonStep
   commonStep() const;
 
-  void
-  writeMerged(io::VoxelFrame& merged);
-
-  bool
-  writeColours(io::VoxelFrame& merged) const;
-
-  bool
-  setWholeIntensities(io::VoxelFrame& merged) const;
-
   const bool has_fixed_origin_;
   const std::size_t threads_;
   std::map<std::string, Entry> entries_;
@@ -142,10 +144,10 @@ private:
   bool has_grid_ = false;               // whether it is that of voxels
   std::optional<int> highest_exponent_; // magnitudes are below 2 to this power
   SummedVoxels sums_;
-  io::IntensityQuantiser quantiser_;
-
+  bool are_changes_listed_ = false; // sums_ has those of the last update
+  MergedWriter writer_;
   io::MemoryRule memory_rule_;
-  std::vector<double> intensities_; // a member so that its memory is reused
+  bool is_release_due_ = false;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes

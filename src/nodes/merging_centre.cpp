@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <new>
@@ -329,10 +330,21 @@ private:
   void
   merge(const StampRange& stamps)
   {
-    const MergeStatus status = node_.merge(merged_, stamps);
+    const MergeStatus status = node_.mergeChanges(changes_, stamps);
     ++made_;
-    if (on_merged_)
-      on_merged_({status, stamps.newest, merged_, sourcesOf(status)});
+    if (!on_merged_)
+      return;
+    bool are_written = false;
+    const std::function<const io::VoxelFrame&()> voxels =
+        [&]() -> const io::VoxelFrame& {
+      if (changes_.voxels.is_from_nothing)
+        return changes_.voxels.came;
+      if (!are_written)
+        node_.mergedVoxels(merged_);
+      are_written = true;
+      return merged_;
+    };
+    on_merged_({status, stamps.newest, changes_, voxels, sourcesOf(status)});
   }
 
   void
@@ -363,8 +375,10 @@ private:
   CentralNodeStatus settings_status_;
   const MergeListener on_merged_;
 
-  std::mutex work_mutex_;         // before mutex_; guards merging
-  io::VoxelFrame merged_;         // keeps its memory
+  std::mutex work_mutex_; // before mutex_; guards merging
+  // Keep their memory.
+  MergedChanges changes_;
+  io::VoxelFrame merged_;
   std::optional<StampRange> due_; // to be merged when its frames are decoded
   bool has_more_ = false;         // frames to be decoded before the next step
 

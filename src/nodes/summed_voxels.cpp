@@ -1,8 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/summed_voxels.h"
 
+#include "bytes/reserve_ahead.h"
 #include "platforms/run_at_once.h"
 #include "simd/bit_operations.h"
+#include "voxels/ascending_keys.h"
 #include "voxels/radix_sort.h"
 
 #include <algorithm>
@@ -20,64 +22,34 @@ sumOf(std::int64_t one, std::int64_t other)
                                    static_cast<std::uint64_t>(other));
 }
 
+/** \brief Sets a block's values, with memory for some more, but not for many. */
+template <typename ValueT>
+void
+keep(const ValueT* values, std::size_t count, std::vector<ValueT>& of_block)
+{
+  constexpr std::size_t most_times = 4;
+  constexpr std::size_t few = 4;
+  if (of_block.capacity() < count || of_block.capacity() > most_times * count + few) {
+    of_block = std::vector<ValueT>();
+    of_block.reserve(count + count / 4);
+  }
+  of_block.assign(values, values + count);
+}
+
 } // namespace
 
 void
-SummedVoxels::Sums::reserve(std::size_t further, bool has_colours)
-{
-  const std::size_t needed = size + further;
-  // Doubled, as vectors are, but with elements that can be written.
-  const auto reserve_in = [needed](auto& values) {
-    if (values.size() < needed)
-      values.resize(std::max(needed, 2 * values.size()));
-  };
-  reserve_in(keys);
-  reserve_in(intensities);
-  reserve_in(summands);
-  if (has_colours)
-    reserve_in(colours);
-}
-
-void
-SummedVoxels::Sums::append(const Sums& other,
-                           std::size_t begin,
-                           std::size_t end,
-                           bool has_colours)
-{
-  if (begin == end)
-    return;
-  reserve(end - begin, has_colours);
-  const auto append_to = [&](auto& values, const auto& from) {
-    std::copy(from.data() + begin, from.data() + end, values.data() + size);
-  };
-  append_to(keys, other.keys);
-  append_to(intensities, other.intensities);
-  append_to(summands, other.summands);
-  if (has_colours)
-    append_to(colours, other.colours);
-  size += end - begin;
-}
-
-void
-SummedVoxels::Sums::copy(const Sums& other, std::size_t voxel, bool has_colours)
-{
-  keys[size] = other.keys[voxel];
-  intensities[size] = other.intensities[voxel];
-  summands[size] = other.summands[voxel];
-  if (has_colours)
-    colours[size] = other.colours[voxel];
-  ++size;
-}
-
-void
-SummedVoxels::BlockSums::add(const VoxelUpdate& update)
+SummedVoxels::Additions::add(const VoxelUpdate& update)
 {
   const std::size_t cell = update.cell;
-  intensities_[cell] = sumOf(intensities_[cell], update.intensity);
+  Addition& addition = additions_[cell];
+  addition.intensity = sumOf(addition.intensity, update.intensity);
   // An integer of two's complement: less than nothing is added as well.
   const auto summands = static_cast<std::uint32_t>(update.summands);
-  summands_[cell] += summands;
+  addition.summands += summands;
+  ++updates_;
   touched_[cell / 64] |= std::uint64_t{1} << cell % 64;
+  touched_words_ |= std::uint64_t{1} << cell / 64;
   if (!update.has_colour)
     return;
   SummedColour& colour = colours_[cell];
@@ -88,47 +60,87 @@ SummedVoxels::BlockSums::add(const VoxelUpdate& update)
 }
 
 void
-SummedVoxels::BlockSums::moveTo(std::uint64_t block_key,
-                                const Sums& before,
-                                std::size_t begin,
-                                std::size_t end,
-                                Sums& sums)
+SummedVoxels::Block::prefetch() const
 {
+  constexpr std::size_t sums_of_line = 4;
+  for (std::size_t i = 0; i < sums.size(); i += sums_of_line)
+    pcl_ext::prefetch(sums.data() + i);
+}
+
+/** \brief Makes room for the voxels of a block and for what is added. */
+void
+SummedVoxels::Additions::makeRoom(Block& block)
+{
+  const std::size_t most =
+      std::min(block.sums.size() + std::exchange(updates_, 0), cells) + 1;
+  io::ensureSize(sums_after_, most);
+  if (colours_.empty())
+    return;
+  io::ensureSize(colours_after_, most);
+  block.colours.resize(block.sums.size());
+}
+
+/** \brief Copies a voxel that does not change. */
+void
+SummedVoxels::Additions::copy(const Block& block, std::size_t voxel, std::size_t& count)
+{
+  sums_after_[count] = block.sums[voxel];
+  if (!colours_.empty())
+    colours_after_[count] = block.colours[voxel];
+  ++count;
+}
+
+void
+SummedVoxels::Additions::moveTo(Block& block, std::vector<ChangedSum>* changes)
+{
+  makeRoom(block);
   const bool has_colours = !colours_.empty();
-  const std::uint64_t first_key = block_key << VoxelUpdates::block_bits;
-  std::size_t voxel = begin;
-  for (std::size_t i = 0; i < touched_.size(); ++i)
-    for (std::uint64_t left = std::exchange(touched_[i], 0); left != 0;
+  const std::uint64_t first_key = block.key << VoxelUpdates::block_bits;
+  const std::size_t end = block.sums.size();
+  std::size_t voxel = 0;
+  std::size_t count = 0;
+  for (; touched_words_ != 0; touched_words_ &= touched_words_ - 1) {
+    const std::size_t word = lowestBit(touched_words_);
+    for (std::uint64_t left = std::exchange(touched_[word], 0); left != 0;
          left &= left - 1) {
-      const std::size_t cell = 64 * i + lowestBit(left);
-      const std::uint64_t key = first_key + cell;
-      while (voxel < end && before.keys[voxel] < key)
-        sums.copy(before, voxel++, has_colours);
-      std::int64_t intensity = std::exchange(intensities_[cell], 0);
-      std::uint32_t summands = std::exchange(summands_[cell], 0);
-      if (has_colours)
-        sums.colours[sums.size] = std::exchange(colours_[cell], SummedColour());
-      if (voxel < end && before.keys[voxel] == key) {
-        intensity = sumOf(intensity, before.intensities[voxel]);
-        summands += before.summands[voxel];
-        if (has_colours)
-          sums.colours[sums.size].add(before.colours[voxel]);
-        ++voxel;
-      }
+      const std::size_t cell = 64 * word + lowestBit(left);
+      while (voxel < end && block.sums[voxel].cell < cell)
+        copy(block, voxel++, count);
+      const bool was_there = voxel < end && block.sums[voxel].cell == cell;
+      const Sum before = was_there ? block.sums[voxel] : Sum{};
+      const Addition added = std::exchange(additions_[cell], Addition());
+      const Sum after{sumOf(before.intensity, added.intensity),
+                      before.summands + added.summands,
+                      static_cast<std::uint16_t>(cell)};
       // Written in any case: a voxel without summands is overwritten by the next one.
-      sums.keys[sums.size] = key;
-      sums.intensities[sums.size] = intensity;
-      sums.summands[sums.size] = summands;
-      sums.size += summands != 0 ? 1 : 0;
+      sums_after_[count] = after;
+      if (has_colours) {
+        colours_after_[count] = std::exchange(colours_[cell], SummedColour());
+        if (was_there)
+          colours_after_[count].add(block.colours[voxel]);
+      }
+      const bool is_there = after.summands != 0;
+      count += is_there ? 1 : 0;
+      voxel += was_there ? 1 : 0;
+      if (changes != nullptr &&
+          (was_there != is_there || after.intensity != before.intensity))
+        changes->push_back(
+            {first_key + cell, before.intensity, after.intensity, was_there, is_there});
     }
+  }
   while (voxel < end)
-    sums.copy(before, voxel++, has_colours);
+    copy(block, voxel++, count);
+  keep(sums_after_.data(), count, block.sums);
+  if (has_colours)
+    keep(colours_after_.data(), count, block.colours);
 }
 
 void
 SummedVoxels::clear() noexcept
 {
-  sums_ = Sums();
+  blocks_ = std::vector<Block>();
+  spare_blocks_ = std::vector<Block>();
+  size_ = 0;
   has_colours_ = false;
   runs_ = Runs();
   spare_runs_ = Runs();
@@ -136,18 +148,16 @@ SummedVoxels::clear() noexcept
 }
 
 void
-SummedVoxels::add(const std::vector<const VoxelUpdates*>& of_streams)
+SummedVoxels::add(const std::vector<const VoxelUpdates*>& of_streams,
+                  bool lists_changes)
 {
   gatherRuns(of_streams);
-  sums_.reserve(0, has_colours_);
   constexpr std::size_t few = 1024; // hardly worth a thread
   const std::size_t count = std::min(threads_, 1 + runs_.size() / few);
   parts_.resize(std::max(parts_.size(), count));
-  std::vector<Place> begins;
-  for (std::size_t i = 0; i <= count; ++i)
-    begins.push_back(beginOf(i, count));
   io::runAtOnce(count, [&](std::size_t i) {
-    addPart(of_streams, begins[i], begins[i + 1], parts_[i]);
+    addPart(
+        of_streams, beginOf(i, count), beginOf(i + 1, count), lists_changes, parts_[i]);
   });
   joinParts(count);
 }
@@ -168,83 +178,108 @@ SummedVoxels::gatherRuns(const std::vector<const VoxelUpdates*>& of_streams)
   io::radixSort(runs_, spare_runs_, io::usedBits(runs_));
 }
 
-/** \brief Where a part begins: at the first run of a block, and the voxels of that. Parts
- * have about the same sum of runs and of voxels, each as a share of all. */
-SummedVoxels::Place
+/** \brief The run that a part begins with: the first one of a block. */
+std::size_t
 SummedVoxels::beginOf(std::size_t part, std::size_t count) const
 {
-  if (part == 0)
-    return {0, 0};
-  const double runs = static_cast<double>(runs_.size());
-  const double voxels = static_cast<double>(std::max<std::size_t>(size(), 1));
-  const double before = 2.0 * static_cast<double>(part) / static_cast<double>(count);
-  std::size_t run = part == count ? runs_.size() : 0;
-  std::size_t end = runs_.size();
-  while (run < end) {
-    const std::size_t middle = run + (end - run) / 2;
-    const auto voxel = static_cast<double>(firstOfBlock(runs_[middle].key));
-    if (static_cast<double>(middle) / runs + voxel / voxels < before)
-      run = middle + 1;
-    else
-      end = middle;
-  }
+  std::size_t run = runs_.size() * part / count;
   while (run > 0 && run < runs_.size() && runs_[run].key == runs_[run - 1].key)
     ++run;
-  return {run, run == runs_.size() ? size() : firstOfBlock(runs_[run].key)};
+  return run;
 }
 
-std::size_t
-SummedVoxels::firstOfBlock(std::uint64_t block_key) const
-{
-  const std::uint64_t* const first =
-      std::lower_bound(keys(), keys() + size(), block_key << VoxelUpdates::block_bits);
-  return static_cast<std::size_t>(first - keys());
-}
-
-/** \brief Sums the updates of some runs, and copies all other voxels of a part. */
+/** \brief Sums the updates of some runs. */
 void
 SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
-                      const Place& begin,
-                      const Place& end,
-                      Part& part) const
+                      std::size_t begin,
+                      std::size_t end,
+                      bool lists_changes,
+                      Part& part)
 {
-  part.sums.size = 0;
+  part.changes.clear();
+  part.new_blocks.clear();
+  part.came = 0;
+  part.went = 0;
+  part.has_empty_blocks = false;
   if (has_colours_)
-    part.block.addColours();
-  std::size_t next = begin.voxel;
-  for (std::size_t i = begin.run; i < end.run;) {
-    const std::uint64_t block_key = runs_[i].key;
-    const std::size_t first_of_block = firstOfBlock(block_key);
-    const std::size_t end_of_block = firstOfBlock(block_key + 1);
-    part.sums.append(sums_, next, first_of_block, has_colours_);
-    std::size_t most = end_of_block - first_of_block;
-    next = end_of_block;
-    for (; i < end.run && runs_[i].key == block_key; ++i) {
+    part.additions.addColours();
+  io::AscendingLookup<Block> known(blocks_);
+  for (std::size_t i = begin; i < end;) {
+    const std::uint64_t key = runs_[i].key;
+    const std::size_t number = known.find(key);
+    Block& block = number != io::not_in_list
+                       ? blocks_[number]
+                       : part.new_blocks.emplace_back(Block{key, {}, {}});
+    block.prefetch();
+    for (; i < end && runs_[i].key == key; ++i) {
       const std::vector<VoxelUpdate>& updates = of_streams[runs_[i].stream]->updates;
       for (std::size_t j = runs_[i].begin; j < runs_[i].end; ++j)
-        part.block.add(updates[j]);
-      most += runs_[i].end - runs_[i].begin;
+        part.additions.add(updates[j]);
     }
-    part.sums.reserve(std::min(most, VoxelUpdates::block_cells) + 1, has_colours_);
-    part.block.moveTo(block_key, sums_, first_of_block, end_of_block, part.sums);
+    part.went += block.sums.size();
+    part.additions.moveTo(block, lists_changes ? &part.changes : nullptr);
+    part.came += block.sums.size();
+    part.has_empty_blocks |= block.sums.empty();
   }
-  part.sums.append(sums_, next, end.voxel, has_colours_);
 }
 
-/** \brief Makes the sums of those of parts. */
+/** \brief Takes what the parts found. */
 void
 SummedVoxels::joinParts(std::size_t count)
 {
-  std::swap(sums_, parts_[0].sums);
-  for (std::size_t i = 1; i < count; ++i)
-    sums_.append(parts_[i].sums, 0, parts_[i].sums.size, has_colours_);
+  std::vector<ChangedSum>& changes = parts_[0].changes;
+  bool are_other_blocks = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Part& part = parts_[i];
+    size_ += part.came - part.went;
+    are_other_blocks |= part.has_empty_blocks || !part.new_blocks.empty();
+    if (i > 0)
+      changes.insert(changes.end(), part.changes.begin(), part.changes.end());
+  }
+  if (are_other_blocks)
+    updateBlocks(count);
+}
+
+/** \brief Adds the new blocks of parts, and drops those without voxels. */
+void
+SummedVoxels::updateBlocks(std::size_t parts)
+{
+  spare_blocks_.clear();
+  const auto append = [&](Block& block) {
+    if (!block.sums.empty())
+      spare_blocks_.push_back(std::move(block));
+  };
+  std::size_t old = 0;
+  for (std::size_t i = 0; i < parts; ++i)
+    for (Block& block : parts_[i].new_blocks) {
+      for (; old < blocks_.size() && blocks_[old].key < block.key; ++old)
+        append(blocks_[old]);
+      append(block);
+    }
+  for (; old < blocks_.size(); ++old)
+    append(blocks_[old]);
+  blocks_.swap(spare_blocks_);
+  spare_blocks_.clear();
+  for (std::size_t i = 0; i < parts; ++i)
+    parts_[i].new_blocks.clear();
 }
 
 bool
 SummedVoxels::hasAnyBetween(std::uint64_t begin, std::uint64_t end) const
 {
-  const std::uint64_t* const first = std::lower_bound(keys(), keys() + size(), begin);
-  return first != keys() + size() && *first < end;
+  const std::uint64_t first_block = begin >> VoxelUpdates::block_bits;
+  auto block = std::lower_bound(
+      blocks_.begin(),
+      blocks_.end(),
+      first_block,
+      [](const Block& one, std::uint64_t key) { return one.key < key; });
+  for (; block != blocks_.end(); ++block) {
+    const std::uint64_t first_key = block->key << VoxelUpdates::block_bits;
+    for (const Sum& sum : block->sums)
+      if (first_key + sum.cell >= begin)
+        return first_key + sum.cell < end;
+  }
+  return false;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes

@@ -88,13 +88,24 @@ struct SummedColour {
   }
 };
 
+/** \brief A voxel whose sum of intensities is another one than before, that came or that
+ * went. */
+struct ChangedSum {
+  std::uint64_t key; ///< Morton key
+  std::int64_t before;
+  std::int64_t after;
+  bool was_there;
+  bool is_there;
+};
+
 /** \brief Sums of voxels in a grid, in ascending order of their Morton keys.
  *
  * Of integers, so that the order of summands does not matter, and so that each can be
- * taken away again. Blocks with updates are summed in the cache, others are copied.
+ * taken away again. They are kept by blocks; those without updates are not touched.
  *
- * Memory: 40 to 160 bytes for a voxel, with colours, which stay until all is removed, 1.8
- * times that; 50 kB for each thread, with colours 115.
+ * Memory: 16 to 64 bytes for a voxel, for a block up to 350, and 32 for a voxel that
+ * changes; with colours, which stay until all is removed, twice that; 150 kB for each
+ * thread, with colours 300.
  */
 class SummedVoxels {
 public:
@@ -105,36 +116,49 @@ public:
   void
   clear() noexcept;
 
-  /** \brief Sums the updates of some streams. */
+  /** \brief Sums the updates of some streams.
+   * \param[in] lists_changes whether changes() will be asked for
+   */
   void
-  add(const std::vector<const VoxelUpdates*>& of_streams);
+  add(const std::vector<const VoxelUpdates*>& of_streams, bool lists_changes);
+
+  /** \brief The voxels that the last updates changed, ascending, but for colours. */
+  const std::vector<ChangedSum>&
+  changes() const
+  {
+    return parts_.front().changes;
+  }
 
   /** \brief Number of voxels. */
   std::size_t
   size() const
   {
-    return sums_.size;
+    return size_;
   }
 
-  /** \brief Morton keys of the voxels. */
-  const std::uint64_t*
-  keys() const
+  /** \brief Whether there may be colours. */
+  bool
+  hasColours() const
   {
-    return sums_.keys.data();
+    return has_colours_;
   }
 
-  /** \brief Sums of the intensities of each voxel. */
-  const std::int64_t*
-  intensities() const
+  /** \brief Visits all voxels, ascending.
+   * \param[in] visit called with the Morton key, the sum of the intensities, and that of
+   * the colours
+   */
+  template <typename VisitT>
+  void
+  forEach(const VisitT& visit) const
   {
-    return sums_.intensities.data();
-  }
-
-  /** \brief Sums of the colours of each voxel; null if there are none. */
-  const SummedColour*
-  colours() const
-  {
-    return has_colours_ ? sums_.colours.data() : nullptr;
+    static const SummedColour none;
+    for (const Block& block : blocks_) {
+      const std::uint64_t first_key = block.key << VoxelUpdates::block_bits;
+      for (std::size_t i = 0; i < block.sums.size(); ++i)
+        visit(first_key + block.sums[i].cell,
+              block.sums[i].intensity,
+              block.colours.empty() ? none : block.colours[i]);
+    }
   }
 
   /** \brief Whether a voxel's key is in a range, the end not included. */
@@ -144,29 +168,24 @@ public:
 private:
   using Runs = std::vector<VoxelUpdates::Run>;
 
-  /** \brief Sums, by ascending keys. */
-  struct Sums {
-    std::size_t size = 0; ///< of what follows, which has room for more
-    std::vector<std::uint64_t> keys;
-    std::vector<std::int64_t> intensities;
-    std::vector<std::uint32_t> summands; ///< voxels of streams
-    std::vector<SummedColour> colours;   ///< empty if there are none
+  struct Sum {
+    std::int64_t intensity;
+    std::uint32_t summands; ///< voxels of streams
+    std::uint16_t cell;     ///< Morton key in the block
+  };
 
-    /** \brief Makes room for further voxels. */
-    void
-    reserve(std::size_t further, bool has_colours);
+  struct Block {
+    std::uint64_t key;                 ///< Morton key
+    std::vector<Sum> sums;             ///< ascending
+    std::vector<SummedColour> colours; ///< of each, or empty if there are none
 
     void
-    append(const Sums& other, std::size_t begin, std::size_t end, bool has_colours);
-
-    /** \brief Appends a voxel of others; there has to be room. */
-    void
-    copy(const Sums& other, std::size_t voxel, bool has_colours);
+    prefetch() const;
   };
 
   /** \brief What is added to the voxels of a block, by their cells. Of nothing between two
    * blocks. */
-  class BlockSums {
+  class Additions {
   public:
     /** \brief From now on voxels have colours. */
     void
@@ -178,37 +197,44 @@ private:
     void
     add(const VoxelUpdate& update);
 
-    /** \brief Appends the voxels that a block had, with what is added to them, to others,
-     * and goes on to another block.
-     * \param[in] before voxels, of which those of the block are from begin to before end
-     * \param[in,out] sums has room for these, those that come, and one more
+    /** \brief Adds all to the voxels of a block, and goes on to another one.
+     * \param[in,out] changes where voxels that change are appended; may be null
      */
     void
-    moveTo(std::uint64_t block_key,
-           const Sums& before,
-           std::size_t begin,
-           std::size_t end,
-           Sums& sums);
+    moveTo(Block& block, std::vector<ChangedSum>* changes);
 
   private:
     static constexpr std::size_t cells = VoxelUpdates::block_cells;
 
-    std::array<std::int64_t, cells> intensities_{};
-    std::array<std::uint32_t, cells> summands_{};
+    struct Addition {
+      std::int64_t intensity = 0;
+      std::uint32_t summands = 0;
+    };
+
+    void
+    makeRoom(Block& block);
+
+    void
+    copy(const Block& block, std::size_t voxel, std::size_t& count);
+
+    std::array<Addition, cells> additions_{};
     std::array<std::uint64_t, cells / 64> touched_{}; // a bit for each cell
+    std::uint64_t touched_words_ = 0;                 // a bit for each of these
     std::vector<SummedColour> colours_;               // empty, or of each cell
+    std::size_t updates_ = 0;
+    // The block's, with room for one more.
+    std::vector<Sum> sums_after_;
+    std::vector<SummedColour> colours_after_;
   };
 
   /** \brief What a thread sums. */
   struct Part {
-    BlockSums block;
-    Sums sums;
-  };
-
-  /** \brief Where a part begins, or the one before ends. */
-  struct Place {
-    std::size_t run;
-    std::size_t voxel;
+    Additions additions;
+    std::vector<Block> new_blocks; ///< ascending
+    std::vector<ChangedSum> changes;
+    std::size_t came = 0; ///< voxels
+    std::size_t went = 0;
+    bool has_empty_blocks = false;
   };
 
   void
@@ -216,21 +242,24 @@ private:
 
   void
   addPart(const std::vector<const VoxelUpdates*>& of_streams,
-          const Place& begin,
-          const Place& end,
-          Part& part) const;
-
-  Place
-  beginOf(std::size_t part, std::size_t count) const;
+          std::size_t begin,
+          std::size_t end,
+          bool lists_changes,
+          Part& part);
 
   std::size_t
-  firstOfBlock(std::uint64_t block_key) const;
+  beginOf(std::size_t part, std::size_t count) const;
 
   void
   joinParts(std::size_t count);
 
+  void
+  updateBlocks(std::size_t parts);
+
   const std::size_t threads_;
-  Sums sums_;
+  std::vector<Block> blocks_; // ascending, none without voxels
+  std::vector<Block> spare_blocks_;
+  std::size_t size_ = 0;
   bool has_colours_ = false;
   Runs runs_; // keep their memory
   Runs spare_runs_;

@@ -2,8 +2,10 @@
 
 /** \file
  * \brief Streams of which only the changes are decoded have the voxels, merged frames and
- * health of streams whose frames are listed as a whole.
+ * health of streams whose frames are listed as a whole; merged frames that are told by
+ * their changes are the same frames, and the same bytes.
  */
+#include "nodes/merged_frame_encoder.h"
 #include "nodes/pending_changes.h"
 #include "support/changing_frames.h"
 #include "support/node_tests.h"
@@ -14,6 +16,8 @@ using namespace pcl_ext::nodes::test;
 using pcl_ext::io::VoxelChanges;
 using pcl_ext::io::test::ChangingFrames;
 using pcl_ext::nodes::FrameListener;
+using pcl_ext::nodes::MergedChanges;
+using pcl_ext::nodes::MergedFrameEncoder;
 using pcl_ext::nodes::PendingChanges;
 using pcl_ext::nodes::ReceivedFrame;
 
@@ -22,10 +26,14 @@ constexpr unsigned int bits = 4;
 /** \brief A sender with an I-frame now and then, and few changes in most other frames. */
 class Sender {
 public:
+  explicit Sender(unsigned int bits_of_intensities = bits)
+  : frames_(bits_of_intensities)
+  {}
+
   Bytes
-  next(std::mt19937_64& random)
+  next(std::mt19937_64& random, bool is_calm = false)
   {
-    const std::uint64_t kind = below(random, 12);
+    const std::uint64_t kind = is_calm ? 2 : below(random, 12);
     VoxelFrame frame = frames_.next(kind == 0 ? 1500 : 8);
     if (kind == 1)
       grid_shift_ += 2;
@@ -43,11 +51,93 @@ public:
   }
 
 private:
-  ChangingFrames frames_{bits};
+  ChangingFrames frames_;
   pcl_ext::io::FrameEncoder encoder_{
       pcl_ext::io::StreamFormat::Version1, 25, pcl_ext::io::Effort::Fast};
   std::int32_t grid_shift_ = 0;
   std::size_t changes_ = 0;
+};
+
+using Intensities = std::map<std::uint64_t, float>; // by Morton keys
+
+void
+addVoxels(const VoxelFrame& frame, Intensities& voxels)
+{
+  for (std::size_t i = 0; i < frame.size(); ++i)
+    EXPECT_TRUE(
+        voxels.emplace(frame.keys[i], frame.intensity_scale.value(frame.intensities[i]))
+            .second);
+}
+
+/** \brief Merged voxels, and their stream, of which only changes are known. */
+class Follower {
+public:
+  void
+  follow(CentralNode& node, const VoxelFrame& expected)
+  {
+    ASSERT_TRUE(node.mergeChanges(changes_).ok());
+    const VoxelChanges& changes = changes_.voxels;
+    EXPECT_EQ(changes_.number, ++number_);
+    EXPECT_EQ(changes.came.grid, expected.grid);
+    if (changes.is_from_nothing)
+      voxels_.clear();
+    for (std::size_t i = 0; i < changes.gone.size(); ++i) {
+      const auto voxel = voxels_.find(changes.gone.keys[i]);
+      ASSERT_NE(voxel, voxels_.end());
+      EXPECT_EQ(voxel->second,
+                changes.gone.intensity_scale.value(changes.gone.intensities[i]));
+      voxels_.erase(voxel);
+    }
+    addVoxels(changes.came, voxels_);
+    Intensities expected_voxels;
+    addVoxels(expected, expected_voxels);
+    EXPECT_EQ(voxels_, expected_voxels);
+    expectSameStream(node, expected);
+  }
+
+  /** \brief Number of frames that were encoded without all of their voxels. */
+  std::size_t
+  encodedByChanges() const
+  {
+    return encoded_by_changes_;
+  }
+
+private:
+  void
+  expectSameStream(CentralNode& node, const VoxelFrame& expected)
+  {
+    ++encoded_by_changes_;
+    VoxelFrame merged;
+    const auto voxels = [&]() -> const VoxelFrame& {
+      --encoded_by_changes_;
+      node.mergedVoxels(merged);
+      expectSameFrame(merged, expected);
+      return merged;
+    };
+    encoded_by_changes_ -= changes_.voxels.is_from_nothing ? 1 : 0;
+    Bytes bytes;
+    Bytes expected_bytes;
+    const pcl_ext::nodes::Time stamp = std::chrono::milliseconds(10 * number_);
+    EXPECT_TRUE(by_changes_.encode(changes_, voxels, stamp, "map", bytes).ok());
+    EXPECT_TRUE(whole_.encode(expected, stamp, "map", expected_bytes).ok());
+    EXPECT_EQ(bytes, expected_bytes);
+  }
+
+  MergedChanges changes_;
+  std::size_t number_ = 0;
+  Intensities voxels_;
+  static pcl_ext::io::StreamSettings
+  settings()
+  {
+    pcl_ext::io::StreamSettings settings;
+    settings.effort = pcl_ext::io::Effort::Fast;
+    settings.i_frame_rate = 8;
+    return settings;
+  }
+
+  MergedFrameEncoder by_changes_{settings()};
+  MergedFrameEncoder whole_{settings()};
+  std::size_t encoded_by_changes_ = 0;
 };
 
 /** \brief The same streams in a node whose listener wants all voxels, and in one whose
@@ -75,7 +165,8 @@ protected:
   add(const std::string& name)
   {
     senders_.erase(name);
-    senders_.try_emplace(name);
+    // Those of one are far higher, and need another scale.
+    senders_.try_emplace(name, name == "4" ? 14 : bits);
     forBoth([&](CentralNode& node) {
       node.removeStream(name);
       EXPECT_TRUE(node.addStream(name).ok());
@@ -83,10 +174,10 @@ protected:
   }
 
   void
-  send(const std::string& name)
+  send(const std::string& name, bool is_calm)
   {
-    const Bytes bytes = senders_.at(name).next(random_);
-    if (below(random_, 40) == 0)
+    const Bytes bytes = senders_.at(name).next(random_, is_calm);
+    if (!is_calm && below(random_, 40) == 0)
       return; // lost
     forBoth([&](CentralNode& node) { sendAndWait(node, name, bytes); });
   }
@@ -114,9 +205,12 @@ protected:
   {
     VoxelFrame merged;
     VoxelFrame expected;
-    ASSERT_TRUE(by_changes_.merge(merged).ok());
     ASSERT_TRUE(whole_.merge(expected).ok());
-    expectSameFrame(merged, expected);
+    ASSERT_NO_FATAL_FAILURE(follower_.follow(by_changes_, expected));
+    if (below(random_, 2) == 0) {
+      by_changes_.mergedVoxels(merged);
+      expectSameFrame(merged, expected);
+    }
     for (const auto& [name, sender] : senders_)
       if (below(random_, 4) == 0) {
         whole_.latestVoxels(name, expected);
@@ -145,6 +239,7 @@ protected:
                           }};
   std::size_t calls_ = 0;
   std::map<std::string, Sender> senders_;
+  Follower follower_;
 };
 
 TEST_P(MergingByChanges, IsTheSameAsOfWholeFrames)
@@ -155,17 +250,19 @@ TEST_P(MergingByChanges, IsTheSameAsOfWholeFrames)
     add(std::to_string(i));
   std::size_t changes = 0;
   std::size_t sent = 0;
-  for (std::size_t round = 0; round < 60; ++round) {
-    now += std::chrono::milliseconds(round % 10 == 9 ? 1900 : 150);
+  constexpr std::size_t calm_rounds = 20;
+  for (std::size_t round = 0; round < 60 + calm_rounds; ++round) {
+    const bool is_calm = round >= 60;
+    now += std::chrono::milliseconds(round % 10 == 9 && !is_calm ? 1900 : 150);
     clock_.set(now);
     const std::size_t frames = round == 30 ? PendingChanges::most_frames + 2 : 3;
     for (std::size_t i = 0; i < streams; ++i)
       for (std::size_t frame = below(random_, frames); frame > 0; --frame, ++sent)
-        send(std::to_string(i));
+        send(std::to_string(i), is_calm);
     const std::string name = std::to_string(below(random_, streams));
-    if (below(random_, 3) == 0)
+    if (!is_calm && below(random_, 3) == 0)
       changeSettings(name);
-    if (below(random_, 10) == 0) {
+    if (!is_calm && below(random_, 10) == 0) {
       changes += senders_.at(name).changes();
       add(name);
     }
@@ -175,6 +272,7 @@ TEST_P(MergingByChanges, IsTheSameAsOfWholeFrames)
   for (const auto& [name, sender] : senders_)
     changes += sender.changes();
   EXPECT_GT(changes, sent / 2);
+  EXPECT_GT(follower_.encodedByChanges(), calm_rounds / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, MergingByChanges, ::testing::Values(1, 2, 3, 4));
@@ -189,15 +287,27 @@ TEST(MergingByChangesMemory, AFailureLosesNoVoxels)
     CentralNode node(centralSettings());
     node.addStream("a");
     pcl_ext::io::FrameDecoder decoder;
+    MergedChanges changes;
     VoxelFrame merged;
     VoxelFrame expected;
+    const auto merge = [&] {
+      try {
+        const bool is_merged = node.mergeChanges(changes).ok();
+        node.mergedVoxels(merged);
+        return is_merged;
+      }
+      catch (const std::bad_alloc&) {
+        EXPECT_TRUE(merged.keys.empty());
+        return false;
+      }
+    };
     for (std::size_t i = 0; i < 40; ++i) {
       Bytes bytes = sender.next(random);
       ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), expected).ok());
       const FailingAllocation failing(i == 6 ? number : 0);
       node.receive("a", std::move(bytes));
       node.waitUntilDecoded();
-      const bool is_merged = node.merge(merged).ok();
+      const bool is_merged = merge();
       if (i == 6)
         has_failed = failing.hasFailed();
       else
@@ -214,6 +324,54 @@ TEST(MergingByChangesMemory, AFailureLosesNoVoxels)
     ASSERT_FALSE(::testing::Test::HasFailure()) << number;
   }
   EXPECT_GT(number, 5u);
+}
+
+TEST(MergingByChangesMemory, AFailureToEncodeAndAGapLoseNoVoxels)
+{
+  // Each allocation of encoding fails once; one merged frame is not encoded at all.
+  pcl_ext::io::StreamSettings settings;
+  settings.effort = pcl_ext::io::Effort::Fast;
+  settings.i_frame_rate = 100;
+  std::size_t number = 1;
+  std::size_t by_changes = 0;
+  for (bool has_failed = true; has_failed; ++number) {
+    std::mt19937_64 random(6);
+    Sender sender;
+    CentralNode node(centralSettings());
+    node.addStream("a");
+    MergedFrameEncoder encoder(settings);
+    pcl_ext::io::FrameDecoder decoder;
+    MergedChanges changes;
+    VoxelFrame merged;
+    VoxelFrame decoded;
+    const auto voxels = [&]() -> const VoxelFrame& {
+      node.mergedVoxels(merged);
+      return merged;
+    };
+    for (std::size_t i = 0; i < 12; ++i) {
+      sendAndWait(node, "a", sender.next(random, true));
+      ASSERT_TRUE(node.mergeChanges(changes).ok());
+      if (i == 9)
+        continue;
+      Bytes bytes;
+      bool is_encoded = false;
+      {
+        const FailingAllocation failing(i == 1 ? number : 0);
+        is_encoded = encoder.encode(changes, voxels, Time(i), "", bytes).ok();
+        has_failed = i == 1 ? failing.hasFailed() : has_failed;
+      }
+      if (i == 1 && !is_encoded)
+        continue;
+      ASSERT_TRUE(is_encoded);
+      by_changes += encoder.statistics().is_of_changes ? 1 : 0;
+      ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), decoded).ok());
+      EXPECT_EQ(decoded.keys, voxels().keys);
+      EXPECT_EQ(decoded.intensities, voxels().intensities);
+    }
+    ASSERT_FALSE(::testing::Test::HasFailure()) << number;
+  }
+  EXPECT_GT(number, 3u);
+  EXPECT_GT(by_changes, 4 * number);
 }
 
 TEST(PendingChanges, OfManyFramesAreTheDifferenceOfTheFirstAndTheLast)

@@ -17,6 +17,8 @@
 
 namespace {
 
+using pcl_ext::nodes::ChangedSum;
+using pcl_ext::nodes::SummedColour;
 using pcl_ext::nodes::SummedVoxels;
 using pcl_ext::nodes::VoxelUpdate;
 using pcl_ext::nodes::VoxelUpdates;
@@ -46,18 +48,49 @@ protected:
     std::vector<const VoxelUpdates*> pointers;
     for (const VoxelUpdates& updates : of_streams)
       pointers.push_back(&updates);
+    constexpr bool lists_changes = true;
     for (SummedVoxels& sums : sums_) {
-      sums.add(pointers);
+      sums.add(pointers, lists_changes);
       ASSERT_EQ(sums.size(), expected_.size());
-      std::size_t i = 0;
-      for (const auto& [key, sum] : expected_) {
-        ASSERT_EQ(sums.keys()[i], key);
-        ASSERT_EQ(sums.intensities()[i], sum.first);
-        ++i;
-      }
+      auto expected = expected_.begin();
+      sums.forEach([&](std::uint64_t key, std::int64_t sum, const SummedColour&) {
+        EXPECT_EQ(key, expected->first);
+        EXPECT_EQ(sum, expected->second.first);
+        ++expected;
+      });
+      expectChanges(sums.changes());
+      ASSERT_FALSE(HasFailure());
     }
+    before_ = expected_;
   }
 
+  void
+  expectChanges(const std::vector<ChangedSum>& changes) const
+  {
+    SumsByKey sums = before_;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      const ChangedSum& change = changes[i];
+      EXPECT_TRUE(i == 0 || changes[i - 1].key < change.key);
+      const auto sum = sums.find(change.key);
+      ASSERT_EQ(sum != sums.end(), change.was_there);
+      EXPECT_EQ(change.before, change.was_there ? sum->second.first : 0);
+      EXPECT_TRUE(change.was_there != change.is_there || change.before != change.after);
+      if (!change.is_there)
+        sums.erase(sum);
+      else
+        sums[change.key].first = change.after;
+    }
+    EXPECT_TRUE(std::equal(sums.begin(),
+                           sums.end(),
+                           expected_.begin(),
+                           expected_.end(),
+                           [](const auto& one, const auto& other) {
+                             return one.first == other.first &&
+                                    one.second.first == other.second.first;
+                           }));
+  }
+
+  SumsByKey before_;
   SumsByKey expected_;
   std::vector<SummedVoxels> sums_ = {SummedVoxels(1), SummedVoxels(2), SummedVoxels(8)};
 };

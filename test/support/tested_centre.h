@@ -93,9 +93,11 @@ private:
   {
     ASSERT_TRUE(frame.status.ok());
     const std::lock_guard<std::mutex> lock(mutex_);
-    merged[frame.time] = pcl_ext::test::worldVoxels(frame.voxels);
+    merged[frame.time] = pcl_ext::test::worldVoxels(frame.voxels());
     Sent sent{frame.time, {}, frame.sources};
-    ASSERT_TRUE(encoder_.encode(frame.voxels, frame.time, "world", sent.bytes).ok());
+    ASSERT_TRUE(
+        encoder_.encode(frame.changes, frame.voxels, frame.time, "world", sent.bytes)
+            .ok());
     sent_.push_back(std::move(sent));
   }
 

@@ -3,6 +3,7 @@
 
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/frame_statistics.h>
+#include <pcl_ext/compression/voxel_changes.h>
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/export.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -121,6 +122,19 @@ struct MergedStream {
   /** \brief The frame whose voxels are merged; none: the stream has no frame that was
    * decoded within CentralNodeSettings::max_merge_age. */
   std::optional<LatestFrame> frame;
+};
+
+/** \brief How the voxels of a merged frame differ from those merged before. */
+struct MergedChanges {
+  /** \brief Without those that went and with those that came the voxels of the one are
+   * those of the other. From nothing, with all voxels as those that came, where that is not
+   * known: the first merged frame, those with colours or with intensities other than whole
+   * numbers of 0 to 65535, another grid or scale, where half of all changes, and after a
+   * failure. */
+  io::VoxelChanges voxels;
+
+  /** \brief How many times merge() and mergeChanges() were called so far; 0: they failed. */
+  std::size_t number = 0;
 };
 
 /** \brief Outcome of CentralNode::merge. */
@@ -293,6 +307,22 @@ public:
    */
   MergeStatus
   merge(io::VoxelFrame& merged, const std::optional<StampRange>& stamps = std::nullopt);
+
+  /** \brief As merge(), but tells what has changed since the last call of either, in less
+   * time where that is little.
+   * \param[out] changes from the voxels that were merged then to those that merge()
+   * would return now, which have the same intensities, maybe on a scale of fewer bits; no
+   * voxels unless ok()
+   */
+  MergeStatus
+  mergeChanges(MergedChanges& changes,
+               const std::optional<StampRange>& stamps = std::nullopt);
+
+  /** \brief The voxels that were merged last, as merge() returned them or would have; none
+   * if that failed.
+   * \throws std::bad_alloc without memory; there are no voxels then */
+  void
+  mergedVoxels(io::VoxelFrame& merged) const;
 
   /** \brief Health of the streams, by name. */
   std::vector<StreamHealth>

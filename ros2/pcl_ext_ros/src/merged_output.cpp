@@ -91,7 +91,7 @@ MergedOutput::publish(const pcl_ext::nodes::MergedFrame& merged)
   auto message = std::make_shared<PointCloud2>();
   message->header.stamp = stamp;
   message->header.frame_id = frame_id_;
-  pcl_ext::nodes::writeVoxels(merged.voxels, *message);
+  pcl_ext::nodes::writeVoxels(merged.voxels(), *message);
   voxels_.publish(PointCloud2::ConstSharedPtr(std::move(message)));
 }
 

@@ -243,7 +243,8 @@ Centre::publish(const nodes::MergedFrame& merged)
   if (requests_.take())
     grid_->encoder.requestIFrame();
   std::vector<std::uint8_t> bytes;
-  throwUnlessOk(grid_->encoder.encode(merged.voxels, merged.time, "", bytes));
+  throwUnlessOk(
+      grid_->encoder.encode(merged.changes, merged.voxels, merged.time, "", bytes));
   requests_.countFrame();
   for (const Output& output : outputs_)
     output.output->publish(output.stream, merged.time, bytes);

@@ -50,8 +50,13 @@ struct MergedFrame {
   /** \brief Ok, or why there are no voxels. */
   const CentralNodeStatus& status;
 
-  Time time;                    ///< of the clouds, as of which they were merged
-  const io::VoxelFrame& voxels; ///< see CentralNode::merge
+  Time time; ///< of the clouds, as of which they were merged
+
+  const MergedChanges& changes; ///< see CentralNode::mergeChanges
+
+  /** \brief Gives all voxels, see CentralNode::merge; they are written when it is called
+   * first. Throws std::bad_alloc without memory. */
+  const std::function<const io::VoxelFrame&()>& voxels;
 
   /** \brief What the voxels are of: each stream, followed by its own sources. */
   const std::vector<MergedSource>& sources;
