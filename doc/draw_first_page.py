@@ -81,11 +81,12 @@ def draw_plant():
     for column, colour, name in ((8, OTHERS, "from nothing"), (6, OURS, "what changes")):
         cores = [number(row[column]) for row in cells]
         axes.plot([0, *streams], [0, *cores], color=colour, marker="o", markersize=3)
-        axes.annotate(name, (streams[-1], cores[-1]), (4, -3), textcoords="offset points", fontsize=8)
+        axes.annotate(name, (streams[-2], cores[-2]), (-6, 4), textcoords="offset points", fontsize=8, ha="right")
     axes.axvline(440, color="black", linewidth=0.8, linestyle=":")
-    axes.text(432, 9.8, "the paper's 440", rotation=90, va="top", ha="right", fontsize=7)
+    axes.text(432, 14, "the paper's 440", rotation=90, va="top", ha="right", fontsize=7)
     axes.set_xlim(0, 460)
-    axes.set_ylim(0, 10)
+    axes.set_ylim(0, 20)
+    axes.set_yticks(range(0, 21, 5))
     axes.set_title("cores, by sensors of 20 Hz", fontsize=9, loc="left")
     axes.tick_params(labelsize=7)
     for side in ("top", "right"):
