@@ -65,7 +65,8 @@ mergingQuantiser()
 {
   io::EncoderSettings settings;
   settings.aggregation = io::Aggregation::Sum;
-  return {settings, IntensityUnit::Native};
+  constexpr bool spans_all = true; // streams have left out what is too far above
+  return {settings, IntensityUnit::Native, spans_all};
 }
 
 /** \brief Begins a frame of merged voxels. */

@@ -45,8 +45,10 @@ followsValues(const EncoderSettings& settings, IntensityUnit unit)
 } // namespace
 
 IntensityQuantiser::IntensityQuantiser(const EncoderSettings& settings,
-                                       IntensityUnit unit)
+                                       IntensityUnit unit,
+                                       bool spans_all)
 : follows_values_(followsValues(settings, unit))
+, spans_all_(spans_all)
 , truncates_(settings.format == StreamFormat::Published)
 , is_companded_(settings.intensity_curve == IntensityCurve::Companded)
 , is_unit_points_(unit == IntensityUnit::Points)
@@ -180,7 +182,7 @@ IntensityQuantiser::fitScale(const std::vector<double>& values,
       is_companded_ && step_.divisor() != 1 ? 0 : step_.divisor();
   if (!values.empty()) {
     const bool keeps_step = !is_companded_ && fixed_bits_ == 0;
-    held_ = fixed_range_ > 0.0
+    held_ = fixed_range_ > 0.0 || spans_all_
                 ? rangeOf(values)
                 : heldRange(values, keeps_step ? divisor : 0, lowest_, sorted_values_);
     lowest_ = std::min(lowest_, held_.lowest);

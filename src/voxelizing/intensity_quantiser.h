@@ -22,8 +22,12 @@ public:
   /** \brief A quantiser for one stream.
    * \param[in] settings as accepted by checkSettings
    * \param[in] unit unit of the intensities
+   * \param[in] spans_all whether an automatic range has all values, also the few highest
+   * and lowest ones that heldRange leaves out
    */
-  IntensityQuantiser(const EncoderSettings& settings, IntensityUnit unit);
+  IntensityQuantiser(const EncoderSettings& settings,
+                     IntensityUnit unit,
+                     bool spans_all = false);
 
   /** \brief Quantises the voxels of one frame.
    * \param[in] values voxel intensities, sums or means, in their unit
@@ -101,6 +105,7 @@ private:
   compandNumbers(std::vector<std::uint16_t>& numbers) const;
 
   bool follows_values_;
+  bool spans_all_;
   bool truncates_; // the published layout truncates, version 1 rounds
   bool is_companded_;
   bool is_unit_points_;

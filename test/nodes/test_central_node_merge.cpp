@@ -230,6 +230,44 @@ TEST_F(Merging, ScalesMayDiffer)
   }
 }
 
+TEST_F(Merging, FewHighAndLowIntensitiesAreInTheScale)
+{
+  // Sums beyond 16 bits, returns of a reflector, and those below all others: fewer than
+  // one voxel of 256 each.
+  struct Case {
+    float step;
+    float offset;
+    std::uint16_t usual; // highest symbol
+    std::uint16_t rare;
+  };
+  for (const Case& one : {Case{1.0f, 0.0f, 1, 60000},
+                          Case{0.0612f, 0.0f, 800, 65000},
+                          Case{0.01f, -300.0f, 40000, 0}}) {
+    SCOPED_TRACE(one.step);
+    std::mt19937_64 random(3);
+    VoxelFrame frame = pcl_ext::io::test::randomFrame(random, 5, 4000, 16);
+    frame.intensity_scale.step = one.step;
+    frame.intensity_scale.offset = one.offset;
+    for (std::uint16_t& symbol : frame.intensities)
+      symbol = static_cast<std::uint16_t>(one.usual - below(random, one.usual));
+    frame.intensities[100] = one.rare;
+    CentralNode merging(centralSettings());
+    WorldVoxels expected;
+    double largest = 0.0;
+    for (const std::string name : {"a", "b", "c"}) {
+      merging.addStream(name, -1000.0f);
+      sendAndWait(merging, name, codedAlone(frame));
+      addVoxels(frame, resolution, expected);
+    }
+    for (const auto& voxel : expected)
+      largest = std::max(largest, std::abs(voxel.second));
+    const WorldVoxels merged = mergedVoxels(merging);
+    ASSERT_EQ(merged.size(), expected.size());
+    for (const auto& [index, intensity] : expected)
+      EXPECT_NEAR(merged.at(index), intensity, largest / 32768.0);
+  }
+}
+
 /** \brief A frame of which one voxel has an intensity beyond all measure, 2.55e38. */
 VoxelFrame
 frameOfAFaultySensor(float sign)
@@ -266,12 +304,9 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
           EXPECT_NEAR(merged.at(index), intensity, 0.02 * intensity) << step;
         }
       for (const auto& [index, intensity] : of_fault)
-        // Far from the others: clamped to an end of their scale, of which 0 is the
-        // lowest.
-        if (intensity > 0.0)
-          EXPECT_GT(merged.at(index), 0.0);
-        else
-          EXPECT_EQ(merged.at(index), 0.0);
+        if (intensity != 0.0) {
+          EXPECT_GT(merged.at(index) / intensity, 0.0); // reduced
+        }
       EXPECT_EQ(merging.health()[0].intensities_reduced, 0u);
       EXPECT_GE(merging.health()[1].intensities_reduced, 1u);
       EXPECT_EQ(merging.health()[1].merges_reduced, 1u);

@@ -298,7 +298,7 @@ public:
    * changed is not known: behind removeStream(), and of a stream whose frames were not
    * merged for longer than 64 of them.
    * \param[out] merged voxels [i d_v, (i+1) d_v) about the origin of the common grid;
-   * intensities exact while all are whole numbers below 65536, else to 1/65535 of the
+   * intensities exact while all are whole numbers of 0 to 65535, else to 1/32768 of the
    * largest; colours of 8 bits if a stream has colours; empty unless ok()
    * \param[in] stamps streams whose latest frame has one of these take part, too, however
    * long ago it was decoded: for frames that are merged by the times of their clouds
