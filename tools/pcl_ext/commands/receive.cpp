@@ -71,6 +71,11 @@ public:
     if (options_.merged_site == options_.link.link.site)
       throw UsageError("--merged-site is '" + options_.merged_site +
                        "', as --site: a centre would receive what it has merged");
+    link::LinkSettings of_merged;
+    of_merged.site = options_.merged_site;
+    if (!options_.centre.name.empty() && !link::checkSettings(of_merged).ok())
+      throw UsageError("--merged-site is '" + options_.merged_site +
+                       "'; it must be up to 64 letters, digits, - and _");
   }
 
   int
