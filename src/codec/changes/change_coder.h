@@ -159,9 +159,6 @@ private:
   void
   collectBlocks();
 
-  void
-  addChange(std::size_t index, std::uint64_t changed, std::uint64_t cells);
-
   bool has_last_frame_ = false;
   /** \brief The last frame if it was copied and no frame referred to it, else empty;
    * most streams need no more. */
