@@ -18,6 +18,7 @@
 namespace {
 
 using pcl_ext::nodes::ChangedSum;
+using pcl_ext::nodes::ChangedSums;
 using pcl_ext::nodes::SummedColour;
 using pcl_ext::nodes::SummedVoxels;
 using pcl_ext::nodes::VoxelUpdate;
@@ -58,7 +59,10 @@ protected:
         EXPECT_EQ(sum, expected->second.first);
         ++expected;
       });
-      expectChanges(sums.changes());
+      std::vector<ChangedSum> changes;
+      for (const ChangedSums& list : sums.changes())
+        changes.insert(changes.end(), list.sums.begin(), list.sums.end());
+      expectChanges(changes);
       ASSERT_FALSE(HasFailure());
     }
     before_ = expected_;

@@ -234,27 +234,6 @@ TEST_F(ProgramSite, TellsWhichStreamsHaveNoIntensities)
   EXPECT_FALSE(hasPart(receiving.errors(), "/counted" + remark));
 }
 
-TEST_F(ProgramSite, ReplacesNoMapUnlessAsked)
-{
-  const NatsServer server;
-  const Bytes precious{'o', 'w', 'n'};
-  for (const char* const map : {"mine.ot", "old.ot"})
-    writeBytes(folder / map, precious);
-  const std::string receive = "receive -q --for 10ms --map mine.ot" + at(server);
-  expectFailure(receive, 2, "'mine.ot' exists: name another output, or replace");
-  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
-  writeClouds("room", roomClouds(5));
-  const std::string replace = at(server) + "--overwrite --map ";
-  Receiving empty(folder, "empty", replace + "mine.ot --min-intensity 1e9");
-  Receiving receiving(folder, "receive", replace + "old.ot");
-  expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
-  EXPECT_EQ(empty.end(SIGINT), 1);
-  EXPECT_TRUE(hasPart(empty.errors(), "the map is empty, and not written: "));
-  EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  EXPECT_NE(bytesOf(folder / "old.ot"), precious);
-}
-
 TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
 {
   const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
@@ -514,41 +493,6 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                at(server));
   EXPECT_EQ(right.status, 1);
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
-}
-
-TEST_F(ProgramSite, RefusesMapsThatAreNone)
-{
-  const NatsServer server;
-  expectRefusals({{"receive --for 10ms --map -" + at(server),
-                   2,
-                   "--map is '-'; it must be a file"},
-                  {"receive --for 10ms --map x.bt" + at(server),
-                   2,
-                   "--map is 'x.bt'; it must not end in "},
-                  {"receive --for 10ms --map no/x.ot" + at(server),
-                   2,
-                   "--map is 'no/x.ot'; it must be a "}});
-  EXPECT_FALSE(fs::exists(folder / "x.bt"));
-  EXPECT_FALSE(fs::exists(folder / "-"));
-}
-
-TEST_F(ProgramSite, VoxelsOfNoNativeIntensityAreInTheMap)
-{
-  const NatsServer server;
-  auto clouds = roomClouds(2);
-  for (auto& cloud : clouds)
-    for (pcl::PointXYZI& point : cloud)
-      point.intensity = 0.0f;
-  writeClouds("dark", clouds);
-  const auto statusOf = [&](const std::string& map, const std::string& options) {
-    Receiving receiving(folder, map, at(server) + "--map " + map + options);
-    expectRun("send -q dark --rate 50 -r 0.05 --law native" + at(server));
-    return receiving.end(SIGINT);
-  };
-  EXPECT_EQ(statusOf("whole.ot", ""), 0);
-  EXPECT_EQ(statusOf("asked.ot", " --map-full-intensity 0"), 0);
-  EXPECT_EQ(bytesOf(folder / "whole.ot"), bytesOf(folder / "asked.ot"));
-  EXPECT_EQ(statusOf("shares.ot", " --map-full-intensity 4"), 1); // it is empty
 }
 
 TEST_F(ProgramSite, TheFirstCloudWithPointsDecidesOnTheIntensities)
