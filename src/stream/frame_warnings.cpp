@@ -160,6 +160,36 @@ warnOfLimits(const std::array<LimitedNumber, 5>& numbers, std::string& text)
   }
 }
 
+/** \brief What helps against intensities beyond the scale. */
+std::string_view
+remedyOfHighIntensities(const EncoderSettings& settings, bool is_native)
+{
+  if (settings.format == StreamFormat::Published)
+    return is_native && settings.aggregation != Aggregation::Mean
+               ? "the published layout has 0 to 255; set {aggregation} to the mean, or "
+                 "scale them before"
+               : "the published layout has 0 to 255; scale them before, or use "
+                 "version 1";
+  if (settings.intensity_range == 0.0f && (is_native || settings.intensity_bits == 0))
+    return "they are few and far from the others; remove lost returns, or set "
+           "{intensity_range} to the highest to hold all";
+  return "use a larger {intensity_range} or more {intensity_bits}";
+}
+
+/** \brief What helps against intensities that became 0. */
+std::string_view
+remedyOfVanished(const EncoderSettings& settings, IntensityUnit unit)
+{
+  if (settings.format == StreamFormat::Published)
+    return "the published layout has whole numbers of 0 to 255; scale them before, or "
+           "use version 1";
+  if (unit == IntensityUnit::Native)
+    return "set {intensity_range} to what the sensor has, without outliers";
+  if (unit == IntensityUnit::Points && settings.intensity_bits == 0)
+    return "set {intensity_range} to what most of them have";
+  return "use more {intensity_bits}";
+}
+
 /** \brief Mentions intensities that the scale cannot hold.
  * \param[in] has_points they are those of points, else of voxels
  */
@@ -170,34 +200,22 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                   IntensityUnit unit,
                   std::string& text)
 {
-  // A full face is the end of the scale of shares, and without intensities the
-  // published layout has counts that nobody asked for.
-  if (unit != IntensityUnit::Points && unit != IntensityUnit::Native)
+  // Without intensities the published layout has counts that nobody asked for.
+  if (unit == IntensityUnit::None)
     return;
   const bool is_native = unit == IntensityUnit::Native;
-  const bool is_published = settings.format == StreamFormat::Published;
-  const bool is_sum = is_native && settings.aggregation != Aggregation::Mean;
-  std::string_view remedy = "use a larger {intensity_range} or more {intensity_bits}";
-  if (!is_published && settings.intensity_range == 0.0f &&
-      (is_native || settings.intensity_bits == 0))
-    remedy = "they are few and far from the others; remove lost returns, or set "
-             "{intensity_range} to the highest to hold all";
-  if (is_published)
-    remedy =
-        is_sum ? "the published layout has 0 to 255; set {aggregation} to the mean, or "
-                 "scale them before"
-               : "the published layout has 0 to 255; scale them before, or use "
-                 "version 1";
-  // A warning that is not given takes no memory.
-  warn(cloud.intensities_out_of_range,
-       cloud.voxels,
-       has_points
-           ? "points have an intensity beyond the scale and were set to its end: "
-           : "voxels have an intensity beyond the scale and were set to its end: ",
-       text,
-       remedy);
+  // A warning that is not given takes no memory. A full face is the end of the scale of
+  // shares.
+  if (is_native || unit == IntensityUnit::Points)
+    warn(cloud.intensities_out_of_range,
+         cloud.voxels,
+         has_points
+             ? "points have an intensity beyond the scale and were set to its end: "
+             : "voxels have an intensity beyond the scale and were set to its end: ",
+         text,
+         remedyOfHighIntensities(settings, is_native));
   // Some are lost to rounding in any case.
-  if (is_native && 2 * cloud.intensities_vanished > cloud.voxels)
+  if (2 * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
          has_points ? "points have an intensity of less than half a step of the "
@@ -205,10 +223,7 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
                     : "voxels have an intensity of less than half a step of the "
                       "scale, which became 0: ",
          text,
-         is_published
-             ? "the published layout has whole numbers of 0 to 255; scale them "
-               "before, or use version 1"
-             : "set {intensity_range} to what the sensor has, without outliers");
+         remedyOfVanished(settings, unit));
 }
 
 } // namespace

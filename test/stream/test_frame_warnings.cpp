@@ -235,6 +235,25 @@ TEST(FrameWarnings, IntensitiesThatVanish)
                 "8 of 10 voxels have an intensity of less than half a step");
 }
 
+TEST(FrameWarnings, CountsThatVanish)
+{
+  // Some voxels have far more points than the others.
+  Points points;
+  for (int i = 0; i < 63; ++i)
+    points.push_back({static_cast<float>(i), 0.0f, 1.0f, i < 60 ? 1.0f : 300000.0f});
+  expectWarning(encode(settingsAt(0.01), IntensityUnit::Points, viewOf(points)),
+                "60 of 63 voxels have an intensity of less than half a step of the "
+                "scale, which became 0: set intensity_range to what most of them have");
+  for (int i = 60; i < 63; ++i)
+    points[static_cast<std::size_t>(i)][3] = 300.0f;
+  IntensityCompressionSettings settings = settingsAt(0.01);
+  EXPECT_FALSE(encode(settings, IntensityUnit::Points, viewOf(points)).hasWarning());
+  settings.intensity_bits = 4;
+  settings.intensity_range = 300.0f;
+  expectWarning(encode(settings, IntensityUnit::Points, viewOf(points)),
+                "which became 0: use more intensity_bits");
+}
+
 TEST(FrameWarnings, IntensitiesOfScansAreThoseOfPoints)
 {
   FrameStatistics statistics;
