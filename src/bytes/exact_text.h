@@ -43,8 +43,11 @@ exactText(NumberT number)
 inline double
 roundedUp(double number)
 {
-  const double unit = std::pow(10.0, std::floor(std::log10(number)) - 1.0);
-  return std::ceil(number / unit) * unit;
+  // By a power of ten that is a whole number, so that the result has no further digits.
+  const double digits = 1.0 - std::floor(std::log10(number));
+  const double scale = std::pow(10.0, std::abs(digits));
+  return digits > 0.0 ? std::ceil(number * scale) / scale
+                      : std::ceil(number / scale) * scale;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI

@@ -43,19 +43,23 @@ std::optional<SettingText>
 outlierRemovalFault(const SensorNodeSettings& settings)
 {
   const VoxelOutlierRemovalSettings& removal = *settings.outlier_removal;
-  if (std::holds_alternative<FacesUnit>(removal.unit) ||
-      std::holds_alternative<PointsUnit>(removal.unit)) {
-    const std::string unit = "{outlier_removal.unit} is faces or points and {law} is ";
-    const std::string choice = "; choose automatic, voxels or rays";
+  const bool is_faces = std::holds_alternative<FacesUnit>(removal.unit);
+  if (is_faces || std::holds_alternative<PointsUnit>(removal.unit)) {
+    const std::string unit = is_faces
+                                 ? "{outlier_removal.unit} is faces and {law} is "
+                                 : "{outlier_removal.unit} is points and {law} is ";
+    const std::string choice =
+        std::string("; choose automatic, voxels or rays, or {law} ") +
+        (is_faces ? "quadratic" : "count");
     if (settings.law == IntensityLaw::Native)
-      return SettingText{unit + "native, whose intensities are neither" + choice};
+      return SettingText{unit + "native, whose intensities are no densities" + choice};
     if (settings.law == IntensityLaw::None)
       return SettingText{unit + "none, which has no intensities" + choice};
+    if (is_faces && settings.law == IntensityLaw::Count)
+      return SettingText{unit +
+                         "count, whose intensities are numbers of points; choose "
+                         "automatic or points, or {law} quadratic"};
   }
-  if (std::holds_alternative<FacesUnit>(removal.unit) &&
-      settings.law == IntensityLaw::Count)
-    return SettingText{"{outlier_removal.unit} is faces and {law} is count, whose "
-                       "intensities are numbers of points; choose automatic or points"};
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
     return SettingText{"{outlier_removal}: " + status.text().marked};
   if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))

@@ -41,7 +41,7 @@ checkBox(const BoundingBox& box, double resolution)
           ? ", as with a {resolution} of " + exactText(sufficient)
           : std::string();
   return invalid("bounding_box",
-                 std::to_string(width) + " m wide",
+                 exactText(width) + " m wide",
                  ("no wider than 2^21 - 1 voxels" + remedy).c_str());
 }
 

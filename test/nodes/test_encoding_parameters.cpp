@@ -193,7 +193,7 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
             "crop_box is [0, 0, 0, 1, 1, 0]; it must be [x0, y0, z0, x1, y1, z1], the "
             "first three below the others"},
            {{{"crop_box", List{-1, 0, 0, 1e6, 1, 1}}},
-            "crop_box as bounding_box is 1000001.000000 m wide; it must be no wider "
+            "crop_box as bounding_box is 1000001 m wide; it must be no wider "
             "than 2^21 - 1 voxels, as with a resolution of 0.48"},
            {{{"remove_outliers", true}, {"resolution", 0.25}},
             "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed"},

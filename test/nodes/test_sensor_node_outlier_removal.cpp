@@ -122,19 +122,19 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
 
 TEST(SensorNodeOutlierRemoval, UnitsMustFitTheLaw)
 {
-  const std::string neither = "outlier_removal.unit is faces or points and law is ";
   const std::tuple<IntensityLaw, DensityUnitSettings, std::string> cases[] = {
       {IntensityLaw::Count,
        FacesUnit(),
        "outlier_removal.unit is faces and law is count, whose intensities are numbers "
-       "of points; choose automatic or points"},
+       "of points; choose automatic or points, or law quadratic"},
       {IntensityLaw::Native,
        FacesUnit(),
-       neither + "native, whose intensities are neither; choose automatic, voxels or "
-                 "rays"},
+       "outlier_removal.unit is faces and law is native, whose intensities are no "
+       "densities; choose automatic, voxels or rays, or law quadratic"},
       {IntensityLaw::None,
        PointsUnit(),
-       neither + "none, which has no intensities; choose automatic, voxels or rays"},
+       "outlier_removal.unit is points and law is none, which has no intensities; "
+       "choose automatic, voxels or rays, or law count"},
       {IntensityLaw::Linear,
        FacesUnit{{}, -1.0f},
        "outlier_removal: full_intensity is -1; it must be a finite number above 0"},

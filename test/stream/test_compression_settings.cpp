@@ -404,7 +404,7 @@ TEST(CompressionSettings, BoundingBoxMayBeUpToTheGridsWidth)
   expectRefused("bounding_box", &Settings::resolution, {0.00001}, settings);
   settings.resolution = 0.00001;
   EXPECT_EQ(checkSettings(settings).message(),
-            "bounding_box is 100.000000 m wide; it must be no wider than 2^21 - 1 "
+            "bounding_box is 100 m wide; it must be no wider than 2^21 - 1 "
             "voxels, as with a resolution of 4.8e-05");
   settings.resolution = 4.8e-5;
   expectAccepted(settings);

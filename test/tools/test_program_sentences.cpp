@@ -109,7 +109,7 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
       {room + "--i-frame-every soon", 2, "--i-frame-every: 'soon' is no number with a"},
       {room + "-l native --remove-outliers --unit faces",
        2,
-       "--unit is faces or points and --law is native, whose"},
+       "--unit is faces and --law is native, whose"},
       {room + "--crop 0,0,0,1e9,1,1", 2, "--crop as --bounding-box is 1000000000"},
       {room + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0", 2, "--pose is given twice"},
       {room + "--temporal-filter 8",
