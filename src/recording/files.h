@@ -125,13 +125,13 @@ private:
  * folder
  * \return OutputFailed if another writer is writing it
  */
-RecordingStatus
+PCL_EXT_RECORDING_EXPORT RecordingStatus
 setAsideUnfinished(const std::string& path, const std::string& written_file);
 
 /** \brief Gives a complete file or folder its name.
  * \param[in] existing what becomes of a file of that name
  */
-RecordingStatus
+PCL_EXT_RECORDING_EXPORT RecordingStatus
 renameFile(const std::string& from, const std::string& to, ExistingFile existing);
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

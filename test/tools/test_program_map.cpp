@@ -37,6 +37,27 @@ TEST_F(ProgramMap, ReplacesNoFileUnlessAsked)
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_NE(bytesOf(folder / "old.ot"), precious);
+  EXPECT_TRUE(hasPart(receiving.errors(),
+                      "/room: no pose of its sensor is known, so that the map gets no "
+                      "free space from this stream"))
+      << receiving.errors();
+}
+
+TEST_F(ProgramMap, KeepsAFileThatAppearsWhileItRuns)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(5));
+  Receiving receiving(folder, "receive", at(server) + "--map map.ot");
+  const Bytes precious{'o', 'w', 'n'};
+  writeBytes(folder / "map.ot", precious);
+  expectRun("send -q room --rate 50 --resolution 0.05 --pose 0,0,0,0,0,0" + at(server));
+  EXPECT_EQ(receiving.end(SIGINT), 1);
+  EXPECT_TRUE(
+      hasPart(receiving.errors(), "File exists; the map is in 'map.ot.unfinished'"))
+      << receiving.errors();
+  EXPECT_FALSE(hasPart(receiving.errors(), "no pose"));
+  EXPECT_EQ(bytesOf(folder / "map.ot"), precious);
+  EXPECT_GT(bytesOf(folder / "map.ot.unfinished").size(), 1000u);
 }
 
 TEST_F(ProgramMap, RefusesFilesThatAreNoMaps)

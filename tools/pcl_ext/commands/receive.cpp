@@ -65,6 +65,7 @@ public:
     checkName("--merge", options.centre.name);
     options_.centre.is_replay = options.link.replay_from.has_value();
     options_.centre.map.waits = options_.centre.is_replay;
+    options_.centre.map.may_replace = options_.output.may_replace;
     checkMap();
     if (options_.merged_site.empty())
       options_.merged_site = options_.link.link.site + "-merged";

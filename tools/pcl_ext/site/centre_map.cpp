@@ -5,7 +5,10 @@
 
 #include "console/exit_status.h"
 #include "console/interruption.h"
+#include "console/throw_unless_ok.h"
 #include "options/text_values.h"
+#include "outputs/output_path.h"
+#include "recording/files.h"
 #include "streams/stream_decoder.h"
 
 #include <array>
@@ -24,7 +27,10 @@ namespace tools {
 class CentreMap::Implementation {
 public:
   Implementation(const CentreMapOptions& options, double resolution, Console& console)
-  : options_(options), console_(console), map_(resolution)
+  : options_(options)
+  , unfinished_(options.path + unfinished_suffix)
+  , console_(console)
+  , map_(resolution)
   {
     const std::string fault = nodes::detail::MergedMap::faultOf("--map", options.path);
     if (!fault.empty())
@@ -41,6 +47,13 @@ public:
         sensors_.try_emplace(name, Sensor{since, position, position});
     if (!is_new)
       sensor->second = {since, position, sensor->second.position};
+    if (!position && !has_told_of_pose_) {
+      console_.remark(name +
+                      ": no pose of its sensor is known, so that the map gets no free "
+                      "space from this stream, nor from others without one: --pose of "
+                      "encode and send tells it");
+      has_told_of_pose_ = true;
+    }
     constexpr double points_of_a_hit = 4.0;
     sensor->second.full_intensity = options_.full_intensity.value_or(
         lawOf(metadata) == IntensityLaw::Native ? 0.0 : points_of_a_hit);
@@ -97,18 +110,23 @@ public:
       console_.error(fault);
       is_left_out_ = true;
     }
-    if (isToldToEnd() && std::filesystem::exists(options_.path))
-      console_.summary("interrupted: '" + options_.path +
-                       "' is still the earlier map; that of " +
-                       counted(made_, "update") + " is not written");
-    else if (map_.tree().size() == 0) {
+    if (map_.tree().size() == 0) {
       console_.error(
           "the map is empty, and not written: no voxel was there, or all are "
           "more than 32768 voxels from the origin");
       is_left_out_ = true;
     }
-    else
-      console_.summary(write() + ", after " + counted(made_, "update"));
+    else if (isToldToEnd() && std::filesystem::exists(options_.path)) {
+      writeUnfinished();
+      console_.summary("interrupted: '" + options_.path +
+                       "' is still the earlier map; that of " +
+                       counted(made_, "update") + " is '" + unfinished_ + "'");
+    }
+    else {
+      write();
+      console_.summary(std::to_string(map_.tree().size()) + " nodes written to " +
+                       options_.path + ", after " + counted(made_, "update"));
+    }
   }
 
   bool
@@ -185,17 +203,36 @@ private:
       write();
   }
 
-  /** \brief Writes the map; returns the line that tells. */
-  std::string
+  /** \brief Writes the map: the first time not over a file that appeared since the
+   * program began, unless it may be replaced. */
+  void
   write()
   {
-    const auto written = map_.write(options_.path);
+    writeUnfinished();
+    const bool may_replace = options_.may_replace || has_written_;
+    const recording::RecordingStatus status = recording::renameFile(
+        unfinished_,
+        options_.path,
+        may_replace ? recording::ExistingFile::Replace : recording::ExistingFile::Keep);
+    if (!status.ok())
+      throw std::runtime_error(status.message() + "; the map is in '" + unfinished_ +
+                               "'");
+    has_written_ = true;
+  }
+
+  /** \brief Writes the map beside its place. */
+  void
+  writeUnfinished()
+  {
+    if (!has_written_)
+      throwUnlessOk(recording::setAsideUnfinished(unfinished_, unfinished_));
+    const auto written = map_.write(unfinished_);
     if (!written.ok)
       throw std::runtime_error(written.message);
-    return written.message;
   }
 
   const CentreMapOptions options_;
+  const std::string unfinished_; // name of the map until it is complete
   Console& console_;
   nodes::detail::MergedMap map_;
   Sensors sensors_;
@@ -206,6 +243,8 @@ private:
   std::atomic<std::size_t> left_out_{0};
   std::atomic<bool> is_ending_{false};
   bool is_left_out_ = false;
+  bool has_told_of_pose_ = false;
+  bool has_written_ = false;                            // the file is this program's
   std::chrono::steady_clock::duration last_duration_{}; // of an update
   std::chrono::steady_clock::time_point last_write_ = std::chrono::steady_clock::now();
   std::future<void> update_; // last, as it uses the others

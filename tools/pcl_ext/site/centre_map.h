@@ -16,7 +16,8 @@ namespace tools {
 
 /** \brief An OctoMap that is fed with the streams of a site. */
 struct CentreMapOptions {
-  std::string path; ///< of the .ot file; empty: no map
+  std::string path;         ///< of the .ot file; empty: no map
+  bool may_replace = false; ///< a file that is there
   /** \brief Intensity that counts as one hit, in the unit of the streams; 0: each voxel
    * does; none: 0 for streams whose law is native, else 4. */
   std::optional<double> full_intensity;
@@ -56,8 +57,8 @@ public:
   update(const nodes::CentralNode& node, nodes::Time time);
 
   /** \brief Inserts the last frames, unless that takes long or the program is
-   * interrupted, and writes the map: not an empty one, and not that of a part of a replay
-   * in place of an earlier one.
+   * interrupted, and writes the map: not an empty one, and that of a part of a replay
+   * beside an earlier one, with ".unfinished" added to its name.
    * \throws std::runtime_error
    */
   void

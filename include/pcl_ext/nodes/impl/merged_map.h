@@ -171,9 +171,10 @@ MergedMap::faultOf(const std::string& option, const std::string& path)
   const bool exists = std::filesystem::exists(path, failure);
   if (!exists || std::filesystem::is_regular_file(path, failure)) {
     const std::string unfinished = unfinishedPath(path);
-    if (std::ofstream(unfinished, std::ios::binary).is_open() &&
-        std::filesystem::remove(unfinished, failure))
+    if (std::ofstream(unfinished, std::ios::binary).is_open()) {
+      std::filesystem::remove(unfinished, failure); // if another program has not
       return {};
+    }
   }
   return option + " is '" + path +
          "'; it must be a file in a folder that can be written to";
