@@ -172,8 +172,8 @@ TEST_F(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
         run(std::string("decode x.mcap --remove-outliers -o ") + law);
     EXPECT_EQ(automatic.status, 0);
     EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
-    EXPECT_TRUE(
-        hasPart(automatic.errors, "left out: of a lidar, --unit rays finds snow"));
+    EXPECT_TRUE(hasPart(automatic.errors,
+                        "removed as outliers: of a lidar, --unit rays finds snow"));
   }
   // Named, it says nothing.
   EXPECT_EQ(expectRun("decode x.mcap -o rays --remove-outliers --unit rays").errors,

@@ -137,6 +137,7 @@ TEST(SettingOptions, MessagesHaveTheirNames)
       SettingText{"{crop_box} and {speed} are in /a_{{crop_box}"});
   EXPECT_EQ(messageOf(of_others), "--crop and speed are in /a_{crop_box}");
   EXPECT_EQ(parameterNameOf("--crop"), "crop_box");
+  EXPECT_EQ(parameterNameOf("--remove-outliers"), "remove_outliers");
   EXPECT_EQ(parameterNameOf("--min-log-odds"), "min_log_odds");
 }
 

@@ -105,9 +105,14 @@ public:
     if (outside_grid_ > 0)
       console_.error(first_outside_grid_ + "; in all frames " +
                      counted(outside_grid_, "point"));
-    for (const StreamDecoder& decoder : decoders_)
-      if (const std::string remark = decoder.remark(); !remark.empty())
+    bool do_outliers_stay = false;
+    for (const StreamDecoder& decoder : decoders_) {
+      do_outliers_stay |= decoder.doOutliersStay();
+      if (const std::string remark = decoder.remark(); decoder.doOutliersStay())
+        console_.error(remark);
+      else if (!remark.empty())
         console_.remark(remark);
+    }
     if (bag_)
       for (const auto& [stream, reason] : bag_->streamsWithoutLayout())
         console_.remark(input_.nameOf(stream) +
@@ -119,7 +124,8 @@ public:
     printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
     if (isInterrupted())
       return interrupted;
-    return lost_ + outside_grid_ + unordered_ > 0 || !input_.damage().empty()
+    return do_outliers_stay || lost_ + outside_grid_ + unordered_ > 0 ||
+                   !input_.damage().empty()
                ? something_failed
                : all_done;
   }

@@ -193,7 +193,7 @@ parameterNameOf(const std::string& option)
     if (!setting.option.names.empty() && longName(setting.option.names) == option)
       return setting.id;
   for (const auto& [other, name] : other_options)
-    if (option == name)
+    if (option == name && option != "--remove-outliers") // a flag, not a setting
       return other;
   std::string name = option.substr(2);
   std::replace(name.begin(), name.end(), '-', '_');

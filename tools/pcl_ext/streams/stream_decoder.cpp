@@ -178,19 +178,19 @@ StreamDecoder::judgedBy() const
 std::string
 StreamDecoder::remark() const
 {
+  if (outliers_stay_)
+    return remark_;
   if (lacks_intensities_)
     return remarkWithoutIntensities(name_) +
            (has_intensity_field_
                 ? "; those of its points are a further field: encode with --law native"
                 : "");
-  if (outliers_stay_)
-    return remark_;
   const std::optional<DensityUnit> unit = judgedBy();
   constexpr std::size_t hardly_any = 1000; // one of so many
   constexpr double fine = 0.05;            // metres
   const bool removes_hardly_any = hardly_any * removed_ < judged_;
   const std::string counts = name_ + ": " + counted(removed_, "voxel") + " of " +
-                             counted(judged_, "voxel") + " left out: ";
+                             counted(judged_, "voxel") + " removed as outliers: ";
   if (unit == DensityUnit::Rays && removes_hardly_any && voxels_.grid.resolution < fine)
     return counts +
            "in voxels below 0.05 m rays hardly tell noise from surfaces; encode "

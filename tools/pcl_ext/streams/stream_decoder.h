@@ -89,6 +89,13 @@ public:
   std::optional<DensityUnit>
   judgedBy() const;
 
+  /** \brief Whether no voxel of some frame could be judged, which remark() tells. */
+  bool
+  doOutliersStay() const
+  {
+    return outliers_stay_;
+  }
+
   /** \brief Why outliers were not removed from some frame, or hardly any; empty if
    * there is nothing to say. */
   std::string
@@ -126,7 +133,7 @@ private:
   std::size_t decoded_voxels_ = 0;
   bool lacks_intensities_ = false;   // some frame, which --min-intensity needs
   bool has_intensity_field_ = false; // some frame of these
-  bool outliers_stay_ = false;       // of some frame
+  bool outliers_stay_ = false;       // in some frame
   bool is_automatic_;                // the unit was not named
   bool has_intensities_ = true;
   std::size_t judged_ = 0;  // voxels
