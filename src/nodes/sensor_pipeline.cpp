@@ -198,7 +198,8 @@ SensorSource::removeNoise(io::VoxelFrame& frame)
   const auto* const rays = std::get_if<RaysUnit>(&settings_.outlier_removal->unit);
   if (rays != nullptr && !rays->sensor_position)
     removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
-  // checkSettings() has refused what the filter would.
+  // checkSettings() has refused what the filter would, and the rate control turns it off
+  // where voxels are too large.
   voxels_removed_ = removal.filter(frame).removed;
 }
 
@@ -208,6 +209,7 @@ SensorSource::describe(SensorNodeStatistics& statistics) const
   statistics.preprocessing = filters_->points->statistics();
   statistics.preprocessing.points_not_finite -= points_removed_;
   statistics.outliers_removed = voxels_removed_;
+  statistics.outliers_stay = removal_ && !settings_.outlier_removal && !judges_points_;
   statistics.judged_points = judges_points_;
   statistics.points_removed = points_removed_;
 }

@@ -79,6 +79,12 @@ TEST(HealthReport, OfASender)
   expectLevel(
       report_of(now), HealthLevel::Warning, "Most voxels are removed as outliers");
   now = before;
+  now.node.outliers_stay = true;
+  expectLevel(report_of(now),
+              HealthLevel::Warning,
+              "Outliers stay, as the voxels of the rate control are too large to be "
+              "judged");
+  now = before;
   now.node.frame.voxelization.points_used = 10;
   now.node.points_removed = 10;
   expectLevel(report_of(now), HealthLevel::Ok, "OK");

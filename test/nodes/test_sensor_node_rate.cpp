@@ -124,6 +124,25 @@ limitedSettings(double max_rate)
   return settings;
 }
 
+TEST(SensorNodeRate, OutliersStayWhereVoxelsAreTooLargeToBeJudged)
+{
+  SensorNodeSettings settings = limitedSettings(4e3);
+  settings.compression.resolution = 0.15;
+  settings.outlier_removal.emplace();
+  RatedNode sent(settings);
+  std::set<bool> stayed;
+  for (unsigned int i = 0; i < 30; ++i) {
+    if (!sent.send(wall(i)).hasFrame())
+      continue;
+    const SensorNodeStatistics statistics = sent.node.statistics();
+    EXPECT_EQ(statistics.outliers_stay,
+              statistics.frame.voxelization.resolution >
+                  pcl_ext::VoxelOutlierRemoval::max_resolution);
+    stayed.insert(statistics.outliers_stay);
+  }
+  EXPECT_EQ(stayed, (std::set<bool>{true}));
+}
+
 TEST(SensorNodeRate, ReceiversMissNothingOfWhatIsSent)
 {
   for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published})

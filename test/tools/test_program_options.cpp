@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -165,6 +167,32 @@ TEST_F(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
   const std::string named = run(encode + "-o y.pcxi --unit voxels").output;
   EXPECT_FALSE(hasPart(named, "lidar's rays"));
   EXPECT_TRUE(hasPart(named, " voxels removed as outliers"));
+}
+
+TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)
+{
+  // Its voxels are too large to be judged, and its temporal filter hides and holds some.
+  writeClouds("room", roomClouds(40));
+  const std::string encode =
+      "encode room --law count --rate 20 -o x.mcap --overwrite --remove-outliers -r ";
+  const ProgramRun large = run(encode + "0.15 --max-rate 4kbit/s");
+  EXPECT_TRUE(hasPart(large.errors, "/room: outliers stay in ")) << large.errors;
+  EXPECT_FALSE(hasPart(large.output, "judged by")) << large.output;
+  const ProgramRun decoded = run("decode x.mcap -o decoded -q --remove-outliers");
+  EXPECT_EQ(decoded.status, 1);
+  EXPECT_TRUE(hasPart(decoded.errors, "outliers stay: no voxel was judged"))
+      << decoded.errors;
+  const auto json = nlohmann::json::parse(
+      run(encode + "0.02 --max-rate 100kbit/s --json").output)["bags"][0];
+  const auto number = [&](const char* name) { return json[name].get<std::size_t>(); };
+  EXPECT_EQ(json["frames"].get<std::size_t>() + number("clouds_left_out"), 40u);
+  EXPECT_GT(number("voxels_hidden") + number("voxels_held"), 0u);
+  std::size_t voxels = 0;
+  for (const io::VoxelFrame& frame : decode(folder / "x.mcap")[0].voxels)
+    voxels += frame.size();
+  EXPECT_EQ(number("voxels"), voxels);
+  const ProgramRun text = run(encode + "0.02 --max-rate 100kbit/s");
+  EXPECT_TRUE(hasPart(text.output, " hidden by the temporal filter")) << text.output;
 }
 
 TEST_F(ProgramOptions, ProgressFitsANarrowTerminal)

@@ -126,6 +126,9 @@ struct SensorNodeStatistics {
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
+  /** \brief Outliers stay in the last frame, as the rate control took voxels that are too
+   * large to be judged. */
+  bool outliers_stay = false;
   bool judged_points = false;     ///< outliers of the last cloud were told by its rays
   std::size_t points_removed = 0; ///< outliers of the last cloud; not part of the frame
   std::size_t decoded_width = 0;  ///< of the cloud that the last frame is decoded to

@@ -150,8 +150,7 @@ noiseOf(EncodingOptions options,
   if (sums.judged_points > 0)
     return static_cast<double>(sums.point_outliers) /
            static_cast<double>(sums.judged_points);
-  const std::size_t voxels =
-      sums.outliers + sums.voxels + sums.hidden_voxels - sums.held_voxels;
+  const std::size_t voxels = sums.outliers + sums.occupiedVoxels();
   if (voxels == 0 || !VoxelOutlierRemoval::isMadeFor(options.codec().resolution))
     return std::nullopt;
   return static_cast<double>(sums.outliers) / static_cast<double>(voxels);
@@ -221,7 +220,7 @@ private:
       trials.points = static_cast<double>(frames.sums.encoded_points) /
                       static_cast<double>(frames.sums.frames);
       const EncodedSums& sums = frames.sums;
-      const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
+      const std::size_t occupied = sums.occupiedVoxels();
       trial.points_a_voxel =
           occupied == 0
               ? 0.0

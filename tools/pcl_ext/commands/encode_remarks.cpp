@@ -33,13 +33,13 @@ remarkOnStream(Console& console,
                                     report.outlier_remark})
     if (!remark.empty())
       console.remark(remark);
-  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
-  if (2 * sums.hidden_voxels > occupied)
+  if (2 * sums.hidden_voxels > sums.occupiedVoxels())
     console.remark(name + ": the temporal filter hid " +
                    counted(sums.hidden_voxels, "voxel") + " of " +
-                   std::to_string(occupied) +
-                   ", as most are seen in few frames: take a larger --resolution, or "
-                   "leave out --temporal-filter");
+                   std::to_string(sums.occupiedVoxels()) +
+                   ", as most are seen in few frames: take a larger --resolution, or " +
+                   (report.is_filter_chosen ? "--rate-temporal-filter 0"
+                                            : "leave out --temporal-filter"));
   if (sums.frames == 0 && sums.clouds_left_out > 0) {
     console.error(describeNoRoom(name, sums));
     return false;

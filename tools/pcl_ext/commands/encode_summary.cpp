@@ -34,14 +34,18 @@ describePoints(const EncodedSums& sums, double resolution)
            (in_voxels > 0 ? ", and " : ", edge " + edge.str() + " m");
   if (sums.points_in_order > 0 && in_voxels == 0)
     return text;
-  text += counted(in_voxels, "point") + " in " + counted(sums.voxels, "voxel") +
-          " of " + edge.str() + " m";
-  const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
-  if (sums.voxels > 0)
+  // Points are counted before voxels are removed, hidden and held.
+  const std::size_t measured = sums.occupiedVoxels() + sums.outliers;
+  const bool are_same = sums.outliers + sums.hidden_voxels + sums.held_voxels == 0;
+  text += counted(in_voxels, "point") + " in " + counted(measured, "voxel") + " of " +
+          edge.str() + " m";
+  if (measured > 0)
     text +=
         " (" +
-        formatted(static_cast<double>(in_voxels) / static_cast<double>(occupied), 1) +
+        formatted(static_cast<double>(in_voxels) / static_cast<double>(measured), 1) +
         " points a voxel)";
+  if (!are_same)
+    text += ", " + counted(sums.voxels, "voxel") + " in frames";
   return text;
 }
 
@@ -63,11 +67,9 @@ describeEncoded(const EncodedSums& sums,
   if (sums.points_outside_grid > 0)
     text += ", " + counted(sums.points_outside_grid, "point") +
             " left out outside the grid of voxels";
-  if (const std::size_t kept =
-          sums.points - sums.point_outliers - sums.points_outside_grid;
-      kept > sums.encoded_points)
-    text += ", " + counted(kept - sums.encoded_points, "point") +
-            " left out outside the box";
+  if (sums.pointsOutsideBox() > 0)
+    text +=
+        ", " + counted(sums.pointsOutsideBox(), "point") + " left out outside the box";
   text += ", " + counted(sums.bytes, "byte");
   if (bytes_a_second > 0.0)
     text += " (" + formatted(bytes_a_second, 0) + " bytes/s)";
@@ -83,10 +85,12 @@ describeEncoded(const EncodedSums& sums,
     text += ", " + formatted(static_cast<double>(sums.point_outliers), 0) + " of " +
             counted(sums.judged_points, "point") +
             " removed as outliers by a lidar's rays";
-  if (options.removesOutliers() && (sums.judged_by != 0 || sums.judged_points == 0)) {
-    const std::size_t occupied = sums.voxels + sums.hidden_voxels - sums.held_voxels;
+  const bool were_none_judged =
+      sums.judged_points == 0 && sums.frames_with_outliers == 0;
+  if (options.removesOutliers() && (sums.judged_by != 0 || were_none_judged)) {
     text += ", " + formatted(static_cast<double>(sums.outliers), 0) + " of " +
-            counted(sums.outliers + occupied, "voxel") + " removed as outliers";
+            counted(sums.outliers + sums.occupiedVoxels(), "voxel") +
+            " removed as outliers";
     const char* separator = ", judged by ";
     for (const auto& [unit, name] : density_units)
       if ((sums.judged_by >> static_cast<unsigned int>(unit) & 1u) != 0) {
@@ -94,7 +98,8 @@ describeEncoded(const EncodedSums& sums,
         separator = " and ";
       }
   }
-  if (options.codec().temporal_filter != 0)
+  if (options.codec().temporal_filter != 0 || sums.hidden_voxels > 0 ||
+      sums.held_voxels > 0)
     text += ", " + counted(sums.held_voxels, "voxel") + " held and " +
             formatted(static_cast<double>(sums.hidden_voxels), 0) +
             " hidden by the temporal filter" +
@@ -147,13 +152,27 @@ toJson(const std::vector<std::string>& inputs,
        const std::vector<std::string>& errors)
 {
   using Json = nlohmann::ordered_json;
+  const EncodedSums& sums = summary.sums;
   Json json = {{"inputs", Json::array()},
                {"output", printable(output)},
                {"status", status},
-               {"frames", summary.sums.frames},
-               {"frame_bytes", summary.sums.bytes},
+               {"frames", sums.frames},
+               {"frame_bytes", sums.bytes},
                {"failures", summary.failures},
-               {"points_outside_grid", summary.sums.points_outside_grid},
+               {"clouds_left_out", sums.clouds_left_out},
+               {"points", sums.all_points},
+               {"points_encoded", sums.encoded_points},
+               {"points_not_finite", sums.all_points - sums.points},
+               {"points_outside_box", sums.pointsOutsideBox()},
+               {"points_outside_grid", sums.points_outside_grid},
+               {"points_removed", sums.point_outliers},
+               {"voxels", sums.voxels},
+               {"voxels_removed", sums.outliers},
+               {"voxels_hidden", sums.hidden_voxels},
+               {"voxels_held", sums.held_voxels},
+               {"frames_with_outliers", sums.frames_with_outliers},
+               {"smallest_edge", sums.frames > 0 ? Json(sums.smallest_edge) : Json()},
+               {"largest_edge", sums.frames > 0 ? Json(sums.largest_edge) : Json()},
                {"streams", Json::array()},
                {"errors", Json::array()}};
   for (const std::string& input : inputs)

@@ -314,6 +314,7 @@ EncodedStream::add(const StreamEncoder& encoder)
   takeFirst(report_.pose_remark, encoder.poseRemark());
   takeFirst(report_.colour_remark, encoder.colourRemark());
   takeFirst(report_.outlier_remark, encoder.outlierRemark());
+  report_.is_filter_chosen = options_.codec().temporal_filter == 0;
   takeFirst(report_.why_nothing, encoder.whyNothingWasEncoded());
   report_.sums += encoder.sums();
   if (report_.sums.encoded_points > 0)

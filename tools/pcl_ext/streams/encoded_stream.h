@@ -50,7 +50,8 @@ struct EncodedStreamReport {
   std::string colour_remark;
   std::string unit_remark;
   std::string outlier_remark;
-  std::string why_nothing; ///< was encoded; empty if something was
+  bool is_filter_chosen = false; ///< the temporal filter, if it is on, is --max-rate's
+  std::string why_nothing;       ///< was encoded; empty if something was
 };
 
 /** \brief Encodes the clouds of one stream with the threads of a crew.

@@ -83,6 +83,7 @@ EncodedSums::operator+=(const EncodedSums& part)
   voxels += part.voxels;
   outliers += part.outliers;
   judged_by |= part.judged_by;
+  frames_with_outliers += part.frames_with_outliers;
   judged_points += part.judged_points;
   point_outliers += part.point_outliers;
   hidden_voxels += part.hidden_voxels;
@@ -330,6 +331,8 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   sums.outliers = statistics.outliers_removed;
   if (statistics.judged_points)
     sums.judged_points = sums.points;
+  else if (statistics.outliers_stay)
+    sums.frames_with_outliers = 1;
   else if (settings_->outlier_removal && sums.encoded_points > 0)
     sums.judged_by = 1u << static_cast<unsigned int>(removalUnit());
   sums.point_outliers = statistics.points_removed;
@@ -430,6 +433,12 @@ StreamEncoder::outlierRemark() const
 {
   constexpr std::size_t hardly_any = 1000; // one of so many
   constexpr std::size_t very_many = 4;
+  if (sums_.frames_with_outliers > 0)
+    return name_ + ": outliers stay in " +
+           counted(sums_.frames_with_outliers, "frame") + " of " +
+           std::to_string(sums_.frames) +
+           ", as --max-rate took voxels that are too large to be judged: "
+           "--rate-doublings limits their edge";
   if (sums_.judged_by == 0)
     return {};
   const std::string removed = name_ + ": " + counted(sums_.outliers, "voxel") + " of " +
@@ -472,7 +481,9 @@ StreamEncoder::whyNothingWasEncoded() const
     return {};
   if (extent_.empty())
     return name_ + ": no cloud has a point with finite coordinates below 3.4e38 m";
-  return name_ + ": no point is inside the box; " + extent_ +
+  const bool has_box = settings_->crop_box || options_.codec().bounding_box;
+  return name_ + ": no point is inside " +
+         (has_box ? "the box" : "the grid of voxels around --origin") + "; " + extent_ +
          ": choose --crop, --bounding-box or --origin to hold some of them";
 }
 

@@ -34,10 +34,11 @@ struct EncodedSums {
   std::size_t outliers = 0; ///< voxels that --remove-outliers removed
   /** \brief By what it judged voxels: bit i for the DensityUnit of number i. */
   unsigned int judged_by = 0;
-  std::size_t judged_points = 0;  ///< finite ones, if it judged points
-  std::size_t point_outliers = 0; ///< of these removed
-  std::size_t hidden_voxels = 0;  ///< by --temporal-filter
-  std::size_t held_voxels = 0;    ///< likewise, and part of `voxels`
+  std::size_t frames_with_outliers = 0; ///< that it could not judge
+  std::size_t judged_points = 0;        ///< finite ones, if it judged points
+  std::size_t point_outliers = 0;       ///< of these removed
+  std::size_t hidden_voxels = 0;        ///< by the temporal filter
+  std::size_t held_voxels = 0;          ///< likewise, and part of `voxels`
   std::size_t moving_frames =
       0; ///< of a sensor that moves, which it leaves as they are
   std::size_t bytes = 0;
@@ -47,6 +48,21 @@ struct EncodedSums {
   std::size_t points_outside_grid = 0; ///< of voxels, and so left out
   std::size_t frames_without_them = 0; ///< from which they are left out
   std::string first_without_them;      ///< the warning of the first such frame
+
+  /** \brief Finite points outside the box. */
+  std::size_t
+  pointsOutsideBox() const
+  {
+    const std::size_t kept = points - point_outliers - points_outside_grid;
+    return kept > encoded_points ? kept - encoded_points : 0;
+  }
+
+  /** \brief Voxels with points, but for removed ones. */
+  std::size_t
+  occupiedVoxels() const
+  {
+    return voxels + hidden_voxels - held_voxels;
+  }
 
   EncodedSums&
   operator+=(const EncodedSums& part);
@@ -219,8 +235,8 @@ public:
     return intensity_remark_;
   }
 
-  /** \brief A sentence if outliers were to be removed, and hardly any voxel was one, or
-   * very many; empty if that is as it should be. */
+  /** \brief A sentence if outliers were to be removed, and stay in some frames, hardly any
+   * voxel was one, or very many; empty if that is as it should be. */
   std::string
   outlierRemark() const;
 
