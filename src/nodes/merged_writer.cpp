@@ -4,10 +4,14 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
+#include "platforms/run_at_once.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
@@ -16,38 +20,83 @@ namespace {
 
 constexpr std::int64_t highest_whole = 65535; // number that is an intensity's symbol
 
-/** \brief Writes voxels of whole intensities into a frame. */
+/** \brief Writes voxels of whole intensities into a frame, which has room for them. */
 class VoxelWriter {
 public:
-  /** \param[in] most number of voxels */
-  VoxelWriter(io::VoxelFrame& frame, std::size_t most) : frame_(frame)
-  {
-    frame.keys.resize(most);
-    frame.intensities.resize(most);
-  }
+  /** \param[in] begin index of the first voxel to be written */
+  VoxelWriter(io::VoxelFrame& frame, std::size_t begin)
+  : keys_(frame.keys.data() + begin), intensities_(frame.intensities.data() + begin)
+  {}
 
   /** \brief Writes a voxel, if there is one: without a branch, which could not be
    * predicted. */
   void
   write(std::uint64_t key, std::int64_t number, bool is_there)
   {
-    frame_.keys[count_] = key;
-    frame_.intensities[count_] = static_cast<std::uint16_t>(number);
-    count_ += is_there ? 1 : 0;
-  }
-
-  /** \brief Drops what was not written. */
-  void
-  finish()
-  {
-    frame_.keys.resize(count_);
-    frame_.intensities.resize(count_);
+    *(is_there ? keys_ : &no_key_) = key;
+    *(is_there ? intensities_ : &no_intensity_) = static_cast<std::uint16_t>(number);
+    keys_ += is_there ? 1 : 0;
+    intensities_ += is_there ? 1 : 0;
   }
 
 private:
-  io::VoxelFrame& frame_;
-  std::size_t count_ = 0;
+  std::uint64_t* keys_;
+  std::uint16_t* intensities_;
+  std::uint64_t no_key_ = 0;
+  std::uint16_t no_intensity_ = 0;
 };
+
+/** \brief Sets the number of voxels of a frame. */
+void
+resize(io::VoxelFrame& frame, std::size_t count)
+{
+  frame.keys.resize(count);
+  frame.intensities.resize(count);
+}
+
+/** \brief Where a list of changes begins in frames that have those of all lists. */
+struct ListedBefore {
+  std::size_t gone = 0;
+  std::size_t came = 0;
+};
+
+/** \brief Writes a list of changes as voxels that have gone and that came.
+ * \return the bits of all intensities */
+std::int64_t
+writeList(const ChangedSums& list,
+          int shift,
+          const ListedBefore& before,
+          io::VoxelChanges& changes)
+{
+  VoxelWriter gone(changes.gone, before.gone);
+  VoxelWriter came(changes.came, before.came);
+  std::int64_t bits = 0;
+  for (const ChangedSum& sum : list.sums) {
+    const std::int64_t number = sum.after >> shift;
+    bits |= number;
+    gone.write(sum.key, sum.before >> shift, sum.was_there);
+    came.write(sum.key, number, sum.is_there);
+  }
+  return bits;
+}
+
+/** \brief Writes lists of changes, each in a thread.
+ * \return the bits of all intensities */
+std::int64_t
+writeLists(const std::vector<ChangedSums>& lists, int shift, io::VoxelChanges& changes)
+{
+  std::vector<ListedBefore> before(lists.size() + 1);
+  for (std::size_t i = 0; i < lists.size(); ++i)
+    before[i + 1] = {before[i].gone + lists[i].were_there,
+                     before[i].came + lists[i].are_there};
+  resize(changes.gone, before.back().gone);
+  resize(changes.came, before.back().came);
+  std::vector<std::int64_t> bits(lists.size());
+  io::runAtOnce(lists.size(), [&](std::size_t i) {
+    bits[i] = writeList(lists[i], shift, before[i], changes);
+  });
+  return std::accumulate(bits.begin(), bits.end(), std::int64_t{0}, std::bit_or<>());
+}
 
 io::VoxelColour
 meanOf(const SummedColour& sum)
@@ -183,18 +232,7 @@ MergedWriter::listChanges(const MergedSums& sums, io::VoxelChanges& changes)
     return false;
   begin(sums, changes.gone);
   begin(sums, changes.came);
-  const std::vector<ChangedSum>& changed = sums.voxels.changes();
-  VoxelWriter gone(changes.gone, changed.size());
-  VoxelWriter came(changes.came, changed.size());
-  std::int64_t bits = 0; // of all numbers
-  for (const ChangedSum& sum : changed) {
-    const std::int64_t number = sum.after >> *shift;
-    bits |= number;
-    gone.write(sum.key, sum.before >> *shift, sum.was_there);
-    came.write(sum.key, number, sum.is_there);
-  }
-  gone.finish();
-  came.finish();
+  const std::int64_t bits = writeLists(sums.voxels.changes(), *shift, changes);
   if (bits < 0 || bits > highest_whole)
     return false;
   io::IntensityScale scale = *before;

@@ -36,6 +36,33 @@ keep(const ValueT* values, std::size_t count, std::vector<ValueT>& of_block)
   of_block.assign(values, values + count);
 }
 
+/** \brief Divides blocks among threads, so that each has about as many runs.
+ * \return for each thread the key of the first block behind its own */
+std::vector<std::uint64_t>
+dividedBlocks(const std::vector<const VoxelUpdates*>& of_streams, std::size_t threads)
+{
+  std::size_t runs = 0;
+  for (const VoxelUpdates* updates : of_streams)
+    runs += updates->runs.size();
+  constexpr std::size_t few = 1024; // hardly worth a thread
+  const std::size_t count = std::min(threads, 1 + runs / few);
+  std::vector<std::uint64_t> ends(count, ~std::uint64_t{0});
+  if (count == 1)
+    return ends;
+  constexpr std::size_t step = 61; // one of as many runs tells where they are
+  std::vector<std::uint64_t> sample;
+  std::size_t next = 0;
+  for (const VoxelUpdates* updates : of_streams) {
+    for (; next < updates->runs.size(); next += step)
+      sample.push_back(updates->runs[next].key);
+    next -= updates->runs.size();
+  }
+  std::sort(sample.begin(), sample.end());
+  for (std::size_t i = 0; i + 1 < count; ++i)
+    ends[i] = sample[sample.size() * (i + 1) / count];
+  return ends;
+}
+
 } // namespace
 
 void
@@ -91,7 +118,7 @@ SummedVoxels::Additions::copy(const Block& block, std::size_t voxel, std::size_t
 }
 
 void
-SummedVoxels::Additions::moveTo(Block& block, std::vector<ChangedSum>* changes)
+SummedVoxels::Additions::moveTo(Block& block, ChangedSums* changes)
 {
   makeRoom(block);
   const bool has_colours = !colours_.empty();
@@ -124,7 +151,7 @@ SummedVoxels::Additions::moveTo(Block& block, std::vector<ChangedSum>* changes)
       voxel += was_there ? 1 : 0;
       if (changes != nullptr &&
           (was_there != is_there || after.intensity != before.intensity))
-        changes->push_back(
+        changes->append(
             {first_key + cell, before.intensity, after.intensity, was_there, is_there});
     }
   }
@@ -142,78 +169,70 @@ SummedVoxels::clear() noexcept
   spare_blocks_ = std::vector<Block>();
   size_ = 0;
   has_colours_ = false;
-  runs_ = Runs();
-  spare_runs_ = Runs();
   parts_ = std::vector<Part>();
+  changes_ = std::vector<ChangedSums>();
 }
 
 void
 SummedVoxels::add(const std::vector<const VoxelUpdates*>& of_streams,
                   bool lists_changes)
 {
-  gatherRuns(of_streams);
-  constexpr std::size_t few = 1024; // hardly worth a thread
-  const std::size_t count = std::min(threads_, 1 + runs_.size() / few);
+  const std::vector<std::uint64_t> ends = dividedBlocks(of_streams, threads_);
+  const std::size_t count = ends.size();
   parts_.resize(std::max(parts_.size(), count));
+  changes_.resize(parts_.size());
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    changes_[i].clear();
+    std::swap(changes_[i], parts_[i].changes); // its memory
+  }
+  for (const VoxelUpdates* updates : of_streams)
+    has_colours_ |= updates->has_colours;
   io::runAtOnce(count, [&](std::size_t i) {
-    addPart(
-        of_streams, beginOf(i, count), beginOf(i + 1, count), lists_changes, parts_[i]);
+    addPart(of_streams, {i == 0 ? 0 : ends[i - 1], ends[i]}, lists_changes, parts_[i]);
   });
   joinParts(count);
 }
 
-/** \brief Lists the runs of all updates by their blocks. */
+/** \brief Lists the runs in a range of blocks by their blocks. */
 void
-SummedVoxels::gatherRuns(const std::vector<const VoxelUpdates*>& of_streams)
+SummedVoxels::gatherRuns(const std::vector<const VoxelUpdates*>& of_streams,
+                         const KeyRange& range,
+                         Part& part)
 {
-  runs_.clear();
-  for (std::size_t stream = 0; stream < of_streams.size(); ++stream) {
-    const VoxelUpdates& updates = *of_streams[stream];
-    has_colours_ |= updates.has_colours;
-    for (VoxelUpdates::Run run : updates.runs) {
-      run.stream = static_cast<std::uint32_t>(stream);
-      runs_.push_back(run);
-    }
-  }
-  io::radixSort(runs_, spare_runs_, io::usedBits(runs_));
+  part.runs.clear();
+  for (std::size_t stream = 0; stream < of_streams.size(); ++stream)
+    for (const VoxelUpdates::Run& run : of_streams[stream]->runs)
+      if (run.key >= range.begin && run.key < range.end)
+        part.runs.emplace_back(run).stream = static_cast<std::uint32_t>(stream);
+  io::radixSort(part.runs, part.spare_runs, io::usedBits(part.runs));
 }
 
-/** \brief The run that a part begins with: the first one of a block. */
-std::size_t
-SummedVoxels::beginOf(std::size_t part, std::size_t count) const
-{
-  std::size_t run = runs_.size() * part / count;
-  while (run > 0 && run < runs_.size() && runs_[run].key == runs_[run - 1].key)
-    ++run;
-  return run;
-}
-
-/** \brief Sums the updates of some runs. */
+/** \brief Sums the updates of a range of blocks. */
 void
 SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
-                      std::size_t begin,
-                      std::size_t end,
+                      const KeyRange& range,
                       bool lists_changes,
                       Part& part)
 {
-  part.changes.clear();
+  gatherRuns(of_streams, range, part);
   part.new_blocks.clear();
   part.came = 0;
   part.went = 0;
   part.has_empty_blocks = false;
   if (has_colours_)
     part.additions.addColours();
+  const Runs& runs = part.runs;
   io::AscendingLookup<Block> known(blocks_);
-  for (std::size_t i = begin; i < end;) {
-    const std::uint64_t key = runs_[i].key;
+  for (std::size_t i = 0; i < runs.size();) {
+    const std::uint64_t key = runs[i].key;
     const std::size_t number = known.find(key);
     Block& block = number != io::not_in_list
                        ? blocks_[number]
                        : part.new_blocks.emplace_back(Block{key, {}, {}});
     block.prefetch();
-    for (; i < end && runs_[i].key == key; ++i) {
-      const std::vector<VoxelUpdate>& updates = of_streams[runs_[i].stream]->updates;
-      for (std::size_t j = runs_[i].begin; j < runs_[i].end; ++j)
+    for (; i < runs.size() && runs[i].key == key; ++i) {
+      const std::vector<VoxelUpdate>& updates = of_streams[runs[i].stream]->updates;
+      for (std::size_t j = runs[i].begin; j < runs[i].end; ++j)
         part.additions.add(updates[j]);
     }
     part.went += block.sums.size();
@@ -227,15 +246,14 @@ SummedVoxels::addPart(const std::vector<const VoxelUpdates*>& of_streams,
 void
 SummedVoxels::joinParts(std::size_t count)
 {
-  std::vector<ChangedSum>& changes = parts_[0].changes;
   bool are_other_blocks = false;
   for (std::size_t i = 0; i < count; ++i) {
-    const Part& part = parts_[i];
+    Part& part = parts_[i];
     size_ += part.came - part.went;
     are_other_blocks |= part.has_empty_blocks || !part.new_blocks.empty();
-    if (i > 0)
-      changes.insert(changes.end(), part.changes.begin(), part.changes.end());
   }
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    std::swap(changes_[i], parts_[i].changes);
   if (are_other_blocks)
     updateBlocks(count);
 }

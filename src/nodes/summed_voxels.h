@@ -98,6 +98,29 @@ struct ChangedSum {
   bool is_there;
 };
 
+/** \brief Changed voxels, ascending. */
+struct ChangedSums {
+  std::vector<ChangedSum> sums;
+  std::size_t were_there = 0; ///< how many of them
+  std::size_t are_there = 0;
+
+  void
+  append(const ChangedSum& sum)
+  {
+    sums.push_back(sum);
+    were_there += sum.was_there ? 1 : 0;
+    are_there += sum.is_there ? 1 : 0;
+  }
+
+  void
+  clear()
+  {
+    sums.clear();
+    were_there = 0;
+    are_there = 0;
+  }
+};
+
 /** \brief Sums of voxels in a grid, in ascending order of their Morton keys.
  *
  * Of integers, so that the order of summands does not matter, and so that each can be
@@ -122,11 +145,12 @@ public:
   void
   add(const std::vector<const VoxelUpdates*>& of_streams, bool lists_changes);
 
-  /** \brief The voxels that the last updates changed, ascending, but for colours. */
-  const std::vector<ChangedSum>&
+  /** \brief The voxels that the last updates changed, but for colours, in lists each of
+   * which is behind the one before it: one list for each thread that made them. */
+  const std::vector<ChangedSums>&
   changes() const
   {
-    return parts_.front().changes;
+    return changes_;
   }
 
   /** \brief Number of voxels. */
@@ -201,7 +225,7 @@ private:
      * \param[in,out] changes where voxels that change are appended; may be null
      */
     void
-    moveTo(Block& block, std::vector<ChangedSum>* changes);
+    moveTo(Block& block, ChangedSums* changes);
 
   private:
     static constexpr std::size_t cells = VoxelUpdates::block_cells;
@@ -229,26 +253,32 @@ private:
 
   /** \brief What a thread sums. */
   struct Part {
+    Runs runs; // these two keep their memory
+    Runs spare_runs;
     Additions additions;
     std::vector<Block> new_blocks; ///< ascending
-    std::vector<ChangedSum> changes;
+    ChangedSums changes;
     std::size_t came = 0; ///< voxels
     std::size_t went = 0;
     bool has_empty_blocks = false;
   };
 
-  void
-  gatherRuns(const std::vector<const VoxelUpdates*>& of_streams);
+  /** \brief Keys of blocks, the end not included. */
+  struct KeyRange {
+    std::uint64_t begin;
+    std::uint64_t end;
+  };
+
+  static void
+  gatherRuns(const std::vector<const VoxelUpdates*>& of_streams,
+             const KeyRange& range,
+             Part& part);
 
   void
   addPart(const std::vector<const VoxelUpdates*>& of_streams,
-          std::size_t begin,
-          std::size_t end,
+          const KeyRange& range,
           bool lists_changes,
           Part& part);
-
-  std::size_t
-  beginOf(std::size_t part, std::size_t count) const;
 
   void
   joinParts(std::size_t count);
@@ -261,9 +291,8 @@ private:
   std::vector<Block> spare_blocks_;
   std::size_t size_ = 0;
   bool has_colours_ = false;
-  Runs runs_; // keep their memory
-  Runs spare_runs_;
   std::vector<Part> parts_;
+  std::vector<ChangedSums> changes_; // of each part
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes
