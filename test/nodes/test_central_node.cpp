@@ -98,14 +98,13 @@ TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
 
 TEST_F(CentralNodeFrames, AreWithoutLayoutIfTheyAreToBePacked)
 {
-  pcl_ext::io::FrameEncoder encoder(StreamFormat::Version1, 10);
   VoxelFrame frame = streamOf(1).decoded[0];
   pcl_ext::io::MessageLayout layout;
   layout.point_step = 12;
   frame.layout = std::make_shared<pcl_ext::io::MessageLayout>(layout);
   for (const bool is_packed : {false, true}) {
     expectCode(node.setPacked("a", is_packed), CentralNodeCode::Ok);
-    sendAndWait(node, "a", pcl_ext::io::test::encoded(encoder, frame));
+    sendAndWait(node, "a", coded(frame));
     EXPECT_EQ(recorder.frames("a").back().voxels.layout == nullptr, is_packed);
   }
 }
