@@ -78,22 +78,6 @@ TEST(CentralNode, LimitsOfTheDecoderHold)
   EXPECT_FALSE(recorder.frames("a").at(0).wants_i_frame); // it would be as large
 }
 
-TEST_F(CentralNodeFrames, AGivenStampReplacesTheCarriedOne)
-{
-  const CodedStream carrying = stampedStream(2, 1700000000000000u);
-  const CodedStream bare = streamOf(2);
-  node.addStream("carrying");
-  node.addStream("bare");
-  sendAndWait(node, "carrying", carrying.frames[0]);
-  sendAndWait(node, "carrying", carrying.frames[1], 17ns);
-  sendAndWait(node, "bare", bare.frames[0]);
-  sendAndWait(node, "bare", bare.frames[1], 19s);
-  EXPECT_EQ(recorder.frames("carrying").at(0).stamp, Time(1700000000s));
-  EXPECT_EQ(recorder.frames("carrying").at(1).stamp, Time(17ns));
-  EXPECT_EQ(recorder.frames("bare").at(0).stamp, Time(0));
-  EXPECT_EQ(recorder.frames("bare").at(1).stamp, Time(19s));
-}
-
 TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
 {
   const CodedStream stream = streamOf(4);
@@ -114,14 +98,13 @@ TEST_F(CentralNodeFrames, AChangedThresholdHoldsFromTheNextFrameOn)
 
 TEST_F(CentralNodeFrames, AreWithoutLayoutIfTheyAreToBePacked)
 {
-  pcl_ext::io::FrameEncoder encoder(StreamFormat::Version1, 10);
   VoxelFrame frame = streamOf(1).decoded[0];
   pcl_ext::io::MessageLayout layout;
   layout.point_step = 12;
   frame.layout = std::make_shared<pcl_ext::io::MessageLayout>(layout);
   for (const bool is_packed : {false, true}) {
     expectCode(node.setPacked("a", is_packed), CentralNodeCode::Ok);
-    sendAndWait(node, "a", pcl_ext::io::test::encoded(encoder, frame));
+    sendAndWait(node, "a", coded(frame));
     EXPECT_EQ(recorder.frames("a").back().voxels.layout == nullptr, is_packed);
   }
 }

@@ -220,8 +220,10 @@ TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)
   const CodedStream stream = stampedStream(3, 50000000); // 50 s, then 1 ms later each
   clock.set(50200ms);
   sendAndWait(node, "a", stream.frames[0]); // carried
+  EXPECT_EQ(recorder.frames("a").back().stamp, 50s);
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.2);
   sendAndWait(node, "a", stream.frames[1], 49800ms); // given, which goes first
+  EXPECT_EQ(recorder.frames("a").back().stamp, 49800ms);
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.max_latency_seconds, 0.4);
   EXPECT_DOUBLE_EQ(onlyHealth(node).rates.mean_latency_seconds, 0.3);
   clock.set(50402ms);
@@ -251,6 +253,7 @@ TEST_F(HealthOfOneStream, WithoutAStampOrWithThatOfARecordingThereIsNoLatency)
 {
   clock.set(1700000000s);
   sendFrames(streamOf(1), {0});
+  EXPECT_EQ(recorder.frames("a").back().stamp, Time(0));
   // 0 is what clouds have that were never stamped.
   sendAndWait(node, "a", streamOf(1).frames[0], Time(0));
   sendFrames(stampedStream(1, 0), {0});

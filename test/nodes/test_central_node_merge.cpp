@@ -24,14 +24,6 @@ mergedVoxels(CentralNode& node)
   return worldVoxels(merged);
 }
 
-/** \brief One frame as an I-frame. */
-Bytes
-codedAlone(const VoxelFrame& frame, StreamFormat format = StreamFormat::Version1)
-{
-  FrameEncoder encoder(format, 1, Effort::Balanced);
-  return pcl_ext::io::test::encoded(encoder, frame);
-}
-
 /** \brief Streams on grids of other resolutions and other lattices, but none with the
  * centre of a voxel on a face of the common grid, where rounding would decide. */
 std::map<std::string, CodedStream>
@@ -174,7 +166,7 @@ TEST_F(Merging, CountsAreExactUpToTheEndOfSixteenBits)
   VoxelFrame frame = pcl_ext::io::test::emptyFrame(5);
   frame.keys = {0, 77, 78, 4000, 32767};
   frame.intensities = {255, 1, 0, 100, 254};
-  const Bytes bytes = codedAlone(frame);
+  const Bytes bytes = coded(frame);
   for (unsigned int streams = 1; streams <= 257; ++streams) {
     const std::string name = std::to_string(streams);
     node.addStream(name);
@@ -215,7 +207,7 @@ TEST_F(Merging, ScalesMayDiffer)
       frame.intensity_scale.offset = offset;
       const std::string name = std::to_string(step) + " " + std::to_string(offset);
       merging.addStream(name, -1000.0f);
-      sendAndWait(merging, name, codedAlone(frame));
+      sendAndWait(merging, name, coded(frame));
       addVoxels(frame, resolution, expected);
     }
     double largest = 0.0;
@@ -256,7 +248,7 @@ TEST_F(Merging, FewHighAndLowIntensitiesAreInTheScale)
     double largest = 0.0;
     for (const std::string name : {"a", "b", "c"}) {
       merging.addStream(name, -1000.0f);
-      sendAndWait(merging, name, codedAlone(frame));
+      sendAndWait(merging, name, coded(frame));
       addVoxels(frame, resolution, expected);
     }
     for (const auto& voxel : expected)
@@ -294,7 +286,7 @@ TEST_F(Merging, AFaultyIntensityLeavesThoseOfOtherStreams)
       const VoxelFrame faulty = frameOfAFaultySensor(sign);
       for (const std::string name : {"a", "faulty"}) {
         merging.addStream(name, -3e38f);
-        sendAndWait(merging, name, codedAlone(name == "a" ? frame : faulty));
+        sendAndWait(merging, name, coded(name == "a" ? frame : faulty));
       }
       const WorldVoxels of_fault = worldVoxels(faulty);
       const WorldVoxels merged = mergedVoxels(merging);
@@ -319,10 +311,10 @@ TEST_F(Merging, OfIntensitiesOf0BehindTinyOnes)
   frame.keys = {1, 2, 3};
   frame.intensities = {1, 2, 3};
   frame.intensity_scale.step = 1e-30f;
-  sendAndWait(node, "a", codedAlone(frame));
+  sendAndWait(node, "a", coded(frame));
   EXPECT_EQ(mergedVoxels(node).size(), 3u);
   frame.intensities = {0, 0, 0};
-  sendAndWait(node, "a", codedAlone(frame));
+  sendAndWait(node, "a", coded(frame));
   EXPECT_EQ(mergedVoxels(node), worldVoxels(frame));
 }
 
@@ -357,13 +349,13 @@ TEST_F(Merging, TheGridShrinksWhenAFarStreamEnds)
   far.grid.first_index = {900000, -900000, 5};
   node.addStream("near");
   node.addStream("far");
-  sendAndWait(node, "near", codedAlone(near));
-  sendAndWait(node, "far", codedAlone(far));
+  sendAndWait(node, "near", coded(near));
+  sendAndWait(node, "far", coded(far));
   WorldVoxels expected = worldVoxels(near);
   addVoxels(far, resolution, expected);
   EXPECT_EQ(mergedVoxels(node), expected);
   clock.set(100s);
-  sendAndWait(node, "near", codedAlone(near));
+  sendAndWait(node, "near", coded(near));
   VoxelFrame merged;
   node.merge(merged);
   EXPECT_EQ(worldVoxels(merged), worldVoxels(near));

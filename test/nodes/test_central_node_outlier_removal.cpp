@@ -271,8 +271,7 @@ TEST_F(CentralNodeOutliersOfOneStream, HealthSaysWhatWasNotJudged)
   bare.intensities.clear();
   bare.intensity_scale.bits = 0;
   node.setOutlierRemoval("a", VoxelOutlierRemovalSettings());
-  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
-  sendAndWait(node, "a", pcl_ext::io::test::encoded(encoder, bare));
+  sendAndWait(node, "a", coded(bare));
   health = onlyHealth(node);
   EXPECT_EQ(
       health.outlier_removal.message().find("voxels were judged without the number"),

@@ -138,37 +138,13 @@ TEST(CloudMessages, FarVoxelsHaveCoordinatesInDoublePrecision)
   EXPECT_EQ(names, "x0:8 y8:8 z16:8 intensity24:7 rgb28:7 ");
   EXPECT_EQ(message.point_step, 32u);
   ASSERT_EQ(message.data.size(), 96u);
+  EXPECT_EQ(message.width, 3u);
   EXPECT_EQ(valueAt<double>(message.data, 32), 600000.02);
+  EXPECT_EQ(valueAt<std::uint32_t>(message.data, 60), 0x010203u);
   EXPECT_EQ(valueAt<double>(message.data, 64), 600000.06);
   EXPECT_EQ(valueAt<double>(message.data, 72), 5200000.06);
   EXPECT_EQ(valueAt<float>(message.data, 88), 200.0f);
   EXPECT_EQ(valueAt<std::uint32_t>(message.data, 92), 0xff0080u);
-}
-
-TEST(CloudMessages, VoxelsHaveAsManyPointsAsTheFrameSays)
-{
-  VoxelFrame frame;
-  frame.grid.resolution = 1.0;
-  frame.grid.depth = 1;
-  frame.keys = {0, 1, 2};
-  frame.intensities = {5, 6, 7};
-  frame.has_point_counts = true;
-  frame.point_counts = {1, 3, 2};
-  frame.colour_bits = 8;
-  frame.colours = {{1, 1, 1}, {2, 2, 2}, {3, 3, 3}};
-  Message message;
-  writeVoxels(frame, message);
-  EXPECT_EQ(message.width, 6u);
-  ASSERT_EQ(message.data.size(), 120u);
-  std::string intensities;
-  std::string blue;
-  for (std::size_t i = 0; i < 6; ++i) {
-    intensities +=
-        std::to_string(static_cast<int>(valueAt<float>(message.data, 20 * i + 12)));
-    blue += std::to_string(valueAt<std::uint32_t>(message.data, 20 * i + 16) & 0xff);
-  }
-  EXPECT_EQ(intensities, "566677");
-  EXPECT_EQ(blue, "122233");
 }
 
 TEST(CloudMessages, PointsHaveTheOrderOfTheirSensor)

@@ -114,20 +114,6 @@ TEST(CloudTransport, FramesAreThoseOfANodeAtTheOriginOfItsClouds)
       (std::vector<Frame>{encoded(sender, without[0]), encoded(sender, without[1])}));
 }
 
-TEST(CloudTransport, LawsOfTheDepthNeedNoTransform)
-{
-  CloudSender sender;
-  ASSERT_EQ(sender.setParameters({{"intensity", std::string("quadratic")},
-                                  {"sensor", std::string("kinect_v2")}}),
-            "");
-  SensorNodeSettings settings;
-  settings.law = IntensityLaw::Quadratic;
-  settings.sensor = pcl_ext::named_sensors[0].value;
-  const auto cloud = wall<pcl::PointXYZ>(3);
-  EXPECT_EQ(framesOfNode(settings, {cloud}),
-            std::vector<Frame>{encoded(sender, cloud)});
-}
-
 TEST(CloudTransport, ParametersTakeEffectWithTheNextCloud)
 {
   CloudSender sender;
@@ -221,33 +207,7 @@ TEST(CloudTransport, ReceiversReportLossesAndWhatTheyLeaveOut)
   EXPECT_TRUE(health.stream.in_sync);
 }
 
-TEST(CloudTransport, ReceiversRemoveNoise)
-{
-  CloudSender sender;
-  ASSERT_EQ(sender.setParameters({{"i_frame_rate", std::int64_t{1}},
-                                  {"resolution", 0.04},
-                                  {"intensity", std::string("count")}}),
-            "");
-  CloudReceiver receiver;
-  VoxelFrame all;
-  VoxelFrame kept;
-  const Frame frame = encoded(sender, wall<pcl::PointXYZ>(5));
-  ASSERT_TRUE(receiver.receive(frame, Time(0), all).ok());
-  NoiseSettings noise;
-  noise.min_intensity = 2.0f;
-  receiver.setNoise(noise);
-  ASSERT_TRUE(
-      receiver.receive(encoded(sender, wall<pcl::PointXYZ>(5)), Time(0), kept).ok());
-  std::size_t expected = 0;
-  for (const std::uint16_t count : all.intensities)
-    expected += count >= 2 ? 1 : 0;
-  EXPECT_EQ(kept.size(), expected);
-  EXPECT_LT(expected, all.size());
-  EXPECT_EQ(receiver.health().min_intensity, 2.0f);
-  EXPECT_EQ(receiver.health().stream.kept_voxels, expected);
-}
-
-TEST(CloudReceiver, NegativeIntensitiesStayWithoutAThreshold)
+TEST(CloudReceiver, RemovesVoxelsBelowAThresholdIfItHasOne)
 {
   pcl::PointCloud<pcl::PointXYZI> points;
   for (int i = 0; i < 100; ++i)
@@ -265,7 +225,11 @@ TEST(CloudReceiver, NegativeIntensitiesStayWithoutAThreshold)
     receiver.setNoise(readNoiseParameters({{"min_intensity", least}}));
     VoxelFrame voxels;
     ASSERT_TRUE(receiver.receive(frame, Time(0), voxels).ok());
-    EXPECT_EQ(voxels.size(), least < 0.0 ? 60u : 100u) << least;
+    const std::size_t kept = least < 0.0 ? 60 : 100;
+    EXPECT_EQ(voxels.size(), kept) << least;
+    EXPECT_EQ(receiver.health().min_intensity, static_cast<float>(least));
+    EXPECT_EQ(receiver.health().stream.kept_voxels, kept);
+    EXPECT_EQ(receiver.health().stream.voxels, 100u);
   }
   CentralNode node({});
   ASSERT_TRUE(node.addStream("a").ok());

@@ -532,18 +532,6 @@ TEST(MergeSchedule, MergesTheNewestFramesAtTheEndHoweverLongThePeriodIs)
   EXPECT_EQ(step.oldest, first + 10s - settings.max_age);
 }
 
-TEST(MergeSchedule, CountsWhatIsNotMergedAtTheEnd)
-{
-  ScheduleRun run;
-  run.add("b", begin, 0ms);
-  for (int i = 0; i < 5; ++i)
-    run.add("a", begin + i * 100ms, i * 50ms);
-  EXPECT_EQ(run.work(200ms), std::vector<Time>{begin});
-  run.schedule().end();
-  run.schedule().leaveOutRest();
-  EXPECT_EQ(run.counts().left_out, 4u);
-}
-
 TEST(MergeSchedule, TellsWhichSettingIsWrong)
 {
   EXPECT_EQ(faultOf({}), "");

@@ -11,7 +11,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -162,17 +161,6 @@ TEST(MessageLayouts, ThatAreNoneAreNotTaken)
   EXPECT_FALSE(isLayout(MessageLayout()));
   MessageLayout layout = good;
   layout.point_step = 11;
-  EXPECT_FALSE(isLayout(layout));
-  layout.point_step = 4097;
-  EXPECT_FALSE(isLayout(layout));
-  layout = good;
-  layout.row_padding = 65537;
-  EXPECT_FALSE(isLayout(layout));
-  layout = good;
-  layout.fields[0].step = 1.0;
-  EXPECT_FALSE(isLayout(layout));
-  layout = good;
-  layout.fields[2].offset = std::numeric_limits<std::uint32_t>::max();
   EXPECT_FALSE(isLayout(layout));
   layout = good;
   layout.fields.resize(146, good.fields[0]); // 7 bytes each

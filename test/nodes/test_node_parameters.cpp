@@ -20,7 +20,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -159,27 +158,6 @@ TEST(NodeParameters, NumbersEndAtTheirRange)
     }
 }
 
-TEST(NodeParameters, ZeroIsAllowedWhereItStandsForSomething)
-{
-  for (const auto& [name, zero, one, allowed] :
-       std::vector<std::tuple<std::string, bool, bool, std::string>>{
-           {"sensor_columns", true, true, "a whole number from 1 to 65536, or 0"},
-           {"intensity_bits", true, true, "a whole number from 0 to 16"},
-           {"temporal_filter", true, false, "a whole number from 2 to 64, or 0"},
-           {"rate_temporal_filter", true, false, "a whole number from 2 to 64, or 0"},
-           {"threads", false, true, "a whole number from 1 to 256"},
-           {"rate_doublings", true, true, "a whole number from 0 to 8"}}) {
-    const ParameterDescription& parameter = descriptionOf(encodingParameters(), name);
-    EXPECT_EQ(refusal(name, 0).empty(), zero) << name;
-    EXPECT_EQ(refusal(name, 1).empty(), one) << name;
-    EXPECT_EQ(allowedValues(parameter), allowed);
-    EXPECT_EQ(isInterval(parameter), allowed.find("or 0") == std::string::npos) << name;
-  }
-  EXPECT_EQ(refusal("max_rate", 0.0), "");
-  EXPECT_EQ(refusal("max_rate", 999),
-            "max_rate is 999; it must be a number from 1000 to 1e+12, or 0");
-}
-
 TEST(NodeParameters, OtherWordsTypesAndListsAreRefused)
 {
   const std::vector<ParameterValue> values = {
@@ -316,6 +294,11 @@ TEST(NodeParameters, ARowOfTheTableOfSettingsIsOne)
   EXPECT_EQ(tableOf(parameters),
             tableOf({}) + "| `brightness` | lux | 30 | a whole number from 2 to 64, or "
                           "0 | How bright it is, beside resolution; 0: dark. |\n");
+  EXPECT_FALSE(isInterval(parameters[0]));
+  EXPECT_TRUE(isInterval(descriptionOf(encodingParameters(), "intensity_bits")));
+  EXPECT_EQ(refusal(parameters[0], 0), "");
+  EXPECT_EQ(refusal(parameters[0], 1),
+            "brightness is 1; it must be a whole number from 2 to 64, or 0");
   const ParameterValues values = {{"brightness", 0}, {"secret", true}};
   io::EncoderSettings settings;
   ASSERT_TRUE(readCodec(table, ParameterAccess(parameters, values), settings).ok());

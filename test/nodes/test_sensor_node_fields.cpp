@@ -13,21 +13,7 @@
 namespace {
 
 using namespace pcl_ext::nodes::test;
-
-void
-addField(pcl::PCLPointCloud2& cloud,
-         const char* name,
-         std::uint32_t offset,
-         std::uint8_t datatype,
-         std::uint32_t count = 1)
-{
-  pcl::PCLPointField field;
-  field.name = name;
-  field.offset = offset;
-  field.datatype = datatype;
-  field.count = count;
-  cloud.fields.push_back(field);
-}
+using pcl_ext::test::makeField;
 
 /** \brief An organised cloud of 8 x 500 points with gaps between and after the fields;
  * points that are not finite, and others outside of a box. */
@@ -36,14 +22,14 @@ lidarMessage()
 {
   using Field = pcl::PCLPointField;
   pcl::PCLPointCloud2 cloud;
-  addField(cloud, "ring", 0, Field::UINT8);
-  addField(cloud, "x", 4, Field::FLOAT32);
-  addField(cloud, "y", 8, Field::FLOAT32);
-  addField(cloud, "z", 12, Field::FLOAT32);
-  addField(cloud, "_", 16, Field::FLOAT32);
-  addField(cloud, "t", 21, Field::UINT32, 0); // one value, not aligned
-  addField(cloud, "pair", 25, Field::INT16, 2);
-  addField(cloud, "beyond", 30, Field::FLOAT64);
+  cloud.fields = {makeField("ring", 0, Field::UINT8),
+                  makeField("x", 4, Field::FLOAT32),
+                  makeField("y", 8, Field::FLOAT32),
+                  makeField("z", 12, Field::FLOAT32),
+                  makeField("_", 16, Field::FLOAT32),
+                  makeField("t", 21, Field::UINT32, 0), // one value, not aligned
+                  makeField("pair", 25, Field::INT16, 2),
+                  makeField("beyond", 30, Field::FLOAT64)};
   cloud.point_step = 32;
   cloud.width = 500;
   cloud.height = 8;
@@ -139,7 +125,8 @@ TEST(SensorNodeFields, OfCoordinatesMayBeWholeNumbersOrOfSeveralTypes)
   const auto cloudOf = [](const std::array<std::uint8_t, 3>& types) {
     pcl::PCLPointCloud2 cloud;
     for (std::uint32_t axis = 0; axis < 3; ++axis)
-      addField(cloud, std::string(1, "xyz"[axis]).c_str(), 8 * axis, types[axis]);
+      cloud.fields.push_back(
+          makeField(std::string(1, "xyz"[axis]), 8 * axis, types[axis]));
     cloud.width = 40;
     cloud.height = 3;
     cloud.point_step = 24;
@@ -212,11 +199,12 @@ TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
   settings.compression.bounding_box.reset();
   settings.compression.fields = {{pcl_ext::io::all_fields}};
   pcl::PCLPointCloud2 cloud = lidarMessage();
-  addField(cloud, "stamp", 24, pcl_ext::detail::uint64_datatype);
-  addField(cloud, std::string(65, 'n').c_str(), 21, Field::UINT8);
-  addField(cloud, "t", 25, Field::UINT8); // kept, as all names are
-  addField(cloud, "rgb", 16, Field::UINT32);
-  addField(cloud, "rgba", 20, Field::UINT32);
+  cloud.fields.insert(cloud.fields.end(),
+                      {makeField("stamp", 24, pcl_ext::detail::uint64_datatype),
+                       makeField(std::string(65, 'n'), 21, Field::UINT8),
+                       makeField("t", 25, Field::UINT8), // kept, as all names are
+                       makeField("rgb", 16, Field::UINT32),
+                       makeField("rgba", 20, Field::UINT32)});
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: beyond, stamp, " + std::string(64, 'n') +
                 ", rgba; the rows and columns of the points are not kept");

@@ -17,7 +17,6 @@ namespace {
 using namespace pcl_ext;
 using namespace pcl_ext::nodes::test;
 using pcl_ext::test::LidarRoom;
-using pcl_ext::test::LidarScan;
 
 /** \brief A lidar's cloud of a standing sensor, in which it snows. */
 pcl::PCLPointCloud2
@@ -28,17 +27,11 @@ lidarCloud(unsigned int seed, bool is_organised = true)
   room.height = 16;
   room.snow = 0.05;
   room.seed = seed;
-  const LidarScan scan = room.scan();
-  pcl::PointCloud<pcl::PointXYZ> cloud;
-  for (std::size_t i = 0; i < scan.size(); ++i)
-    cloud.push_back({scan.coordinates[3 * i],
-                     scan.coordinates[3 * i + 1],
-                     scan.coordinates[3 * i + 2]});
-  if (is_organised) {
-    cloud.width = scan.width;
-    cloud.height = scan.height;
+  auto cloud = room.scan().cloud<pcl::PointCloud<pcl::PointXYZ>>();
+  if (!is_organised) {
+    cloud.width *= cloud.height;
+    cloud.height = 1;
   }
-  cloud.is_dense = false;
   return messageOf(cloud, 1000 + seed);
 }
 

@@ -329,13 +329,6 @@ TEST(CompressionSettings, SwitchesAreFree)
   Settings companded;
   companded.intensity_curve = IntensityCurve::Companded;
   expectAccepted(&Settings::intensity_bits, bitsUpTo(16), companded);
-  Settings filtered;
-  filtered.temporal_filter = 8;
-  expectRefused("keep_points", &Settings::keep_points, {true}, filtered);
-  expectAccepted(&Settings::retain_octree, {true});
-  expectAccepted(&Settings::retain_octree, {true}, publishedSettings());
-  expectAccepted(&Settings::show_statistics, {true});
-  expectAccepted(&Settings::carry_header, {true});
 }
 
 TEST(CompressionSettings, PublishedLayoutHasEightBitsALinearScaleAndNoHeader)

@@ -143,18 +143,11 @@ TEST(ForgedContents, OfFieldsAreRefused)
   FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
   const Bytes first = encoded(encoder, frame);
   const std::vector<Change> changes = {
-      [](Version1Header& h) { h.fields.clear(); },
       [](Version1Header& h) { h.fields.pop_back(); },
-      [](Version1Header& h) { h.fields.resize(65, h.fields[0]); },
-      [](Version1Header& h) { h.fields[0].name.clear(); },
-      [](Version1Header& h) { h.fields[0].name.assign(65, 'a'); },
       [](Version1Header& h) { h.fields[0].type = FieldType{0}; },
-      [](Version1Header& h) { h.fields[0].type = FieldType{9}; },
-      [](Version1Header& h) { h.fields[0].count = 0; },
       [](Version1Header& h) { h.fields[0].count = 2; },
       [](Version1Header& h) { h.fields[0].count = 4097; },
       [](Version1Header& h) { h.fields[0].count = 0xffffffff; },
-      [](Version1Header& h) { h.fields[1].step = -1.0; },
       [](Version1Header& h) {
         h.fields[1].step = std::numeric_limits<double>::infinity();
       },

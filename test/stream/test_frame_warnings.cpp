@@ -32,13 +32,11 @@ using Points = std::vector<std::array<float, 4>>;
 CompressionStatus
 encode(const IntensityCompressionSettings& settings,
        IntensityUnit unit,
-       const PointView& view,
-       std::size_t points_behind_sensor = 0)
+       const PointView& view)
 {
   CloudEncoder encoder(settings, unit);
   std::vector<std::uint8_t> bytes;
-  const CompressionStatus status =
-      encoder.encode(view, {}, bytes, points_behind_sensor);
+  const CompressionStatus status = encoder.encode(view, {}, bytes);
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_FALSE(bytes.empty());
   return status;
@@ -93,18 +91,6 @@ TEST(FrameWarnings, NothingIsLostWithoutThem)
     const CompressionStatus status = encode(settingsAt(0.01), unit, viewOf(points));
     EXPECT_FALSE(status.hasWarning()) << status;
   }
-}
-
-TEST(FrameWarnings, PointsOutsideTheGrid)
-{
-  // Around a fixed origin; more than 10.5 km from it at 1 cm.
-  const Points points{{0.0f, 0.0f, 1.0f, 7.0f},
-                      {20000.0f, 0.0f, 1.0f, 7.0f},
-                      {0.0f, -20000.0f, 1.0f, 7.0f}};
-  IntensityCompressionSettings settings = settingsAt(0.01);
-  settings.origin = {0.0, 0.0, 0.0};
-  expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
-                "2 of 3 points are more than 2^20 voxels from the grid's origin");
 }
 
 TEST(FrameWarnings, PointsOutsideTheGridTellWhatHoldsThem)
@@ -167,13 +153,6 @@ TEST(FrameWarnings, PointsOutsideTheBox)
   settings.bounding_box = BoundingBox{{-1.0, -1.0, 0.0}, {1.0, 1.0, 2.0}};
   expectWarning(encode(settings, IntensityUnit::Native, viewOf(points)),
                 "1 of 2 points are outside the bounding box");
-}
-
-TEST(FrameWarnings, PointsBehindTheSensor)
-{
-  const Points points{{0.0f, 0.0f, -1.0f, 0.0f}, {0.0f, 0.0f, 3.0f, 0.5f}};
-  expectWarning(encode(settingsAt(0.01), IntensityUnit::Share, viewOf(points), 1),
-                "1 of 2 points are behind the sensor");
 }
 
 TEST(FrameWarnings, IntensitiesThatAreNotFinite)

@@ -114,26 +114,6 @@ TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
   EXPECT_NE(kinds.substr(12).find('c'), std::string::npos) << kinds;
 }
 
-TEST(FramesOfChanges, AreNotUsedWithColoursOrNumbersOfPoints)
-{
-  for (const bool has_colours : {false, true}) {
-    ChangingFrames frames(8);
-    FrameEncoder encoder(StreamFormat::Version1, 100, Effort::Balanced);
-    FrameDecoder decoder;
-    for (unsigned int i = 0; i < 3; ++i) {
-      VoxelFrame frame = frames.next(few_changes);
-      frame.has_point_counts = !has_colours;
-      frame.point_counts.assign(has_colours ? 0 : frame.size(), 3);
-      frame.colour_bits = has_colours ? 5 : 0;
-      frame.colours.assign(has_colours ? frame.size() : 0, {1, 2, 3});
-      VoxelFrame back;
-      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
-      expectSameFrame(back, frame);
-      EXPECT_FALSE(encoder.statistics().is_of_changes);
-    }
-  }
-}
-
 /** \brief A stream: an I-frame, a frame of changes, and two more. */
 class ForgedFramesOfChanges : public testing::Test {
 protected:

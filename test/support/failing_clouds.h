@@ -12,7 +12,6 @@
 #include "support/failing_frames.h"
 #include "support/lidar_room.h"
 #include "support/sensor_clouds.h"
-#include "voxelizing/voxelizer.h"
 
 #include <gtest/gtest.h>
 
@@ -20,7 +19,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <new>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -53,42 +51,6 @@ growingClouds()
   }
   return clouds;
 }
-
-/** \brief A voxelizer before an encoder; it throws where memory runs out. */
-class VoxelizerSender : public Sender {
-public:
-  explicit VoxelizerSender(const Clouds& clouds)
-  : clouds_(clouds), voxelizer_(settingsWith(0.1), IntensityUnit::Native)
-  {}
-
-  bool
-  send(std::size_t input, Bytes& bytes) override
-  {
-    const Cloud& cloud = *clouds_[input];
-    PointView view;
-    view.coordinates = &cloud[0].x;
-    view.intensities = &cloud[0].intensity;
-    view.coordinate_stride = view.intensity_stride = sizeof(pcl::PointXYZI);
-    view.count = cloud.size();
-    try {
-      voxelizer_.voxelize(view, encoder_.isIFrameDue(), frame_);
-    }
-    catch (const std::bad_alloc&) {
-      encoder_.requestIFrame();
-      return false;
-    }
-    const Exemption exemption;
-    EXPECT_TRUE(isConsistent(frame_));
-    bytes = encoded(encoder_, frame_);
-    return true;
-  }
-
-private:
-  const Clouds& clouds_;
-  Voxelizer voxelizer_;
-  VoxelFrame frame_;
-  FrameEncoder encoder_{StreamFormat::Version1, 30, Effort::Fast};
-};
 
 inline IntensityCompressionSettings
 classSettings()
@@ -213,17 +175,7 @@ lidarMessages()
   for (const std::uint32_t width : {60u, 80u, 80u}) {
     room.width = width;
     ++room.seed;
-    const LidarScan scan = room.scan();
-    Cloud cloud;
-    for (std::size_t i = 0; i < scan.size(); ++i)
-      cloud.push_back({scan.coordinates[3 * i],
-                       scan.coordinates[3 * i + 1],
-                       scan.coordinates[3 * i + 2],
-                       1.0f});
-    cloud.width = scan.width;
-    cloud.height = scan.height;
-    cloud.is_dense = false;
-    clouds.push_back(messageOf(cloud, 1000));
+    clouds.push_back(messageOf(room.scan().cloud<Cloud>(), 1000));
   }
   return clouds;
 }
@@ -305,8 +257,6 @@ senders()
                         [fast] { return sendersOf<FilterSender>(framesOf(fast)); },
                         frame_count,
                         false});
-  operations.push_back(
-      {"Voxelizer", [] { return sendersOf<VoxelizerSender>(growingClouds()); }, 5});
   const auto addNode = [&](const std::string& name,
                            const SensorNodeSettings& settings,
                            Messages (*clouds)(),

@@ -46,6 +46,21 @@ struct LidarScan {
     points.image = {width, height};
     return points;
   }
+
+  /** \brief The points as an organised cloud of PCL. */
+  template <typename CloudT>
+  CloudT
+  cloud() const
+  {
+    CloudT points(width, height);
+    points.is_dense = false;
+    for (std::size_t i = 0; i < size(); ++i) {
+      points[i].x = coordinates[3 * i];
+      points[i].y = coordinates[3 * i + 1];
+      points[i].z = coordinates[3 * i + 2];
+    }
+    return points;
+  }
 };
 
 struct LidarRoom {

@@ -35,32 +35,46 @@ makeBag(const TestFolder& folder, std::size_t clouds)
   expectRun(folder, "decode room.mcap -o clouds.mcap");
 }
 
+/** \brief Makes bag.mcap, with a chunk for each of these clouds of each topic.
+ * \return size of the file after each cloud */
+std::vector<std::uintmax_t>
+makeBagOfTopics(const TestFolder& folder,
+                const std::vector<std::string>& topics,
+                std::size_t clouds)
+{
+  makeBag(folder, clouds);
+  recording::BagReader reader;
+  EXPECT_TRUE(reader.open(folder / "clouds.mcap").ok());
+  recording::McapWriter writer;
+  EXPECT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  recording::McapMessage message;
+  std::size_t channel = 0;
+  std::vector<std::uintmax_t> sizes;
+  for (const std::string& topic : topics) {
+    recording::McapChannel described = reader.channels()[0];
+    described.topic = topic;
+    EXPECT_TRUE(
+        writer.addChannel(described, recording::McapChunking::Shared, channel).ok());
+    for (const recording::BagEntry& entry : reader.index()) {
+      EXPECT_TRUE(reader.read(entry, message).ok());
+      message.channel = channel;
+      EXPECT_TRUE(writer.write(message).ok());
+      EXPECT_TRUE(writer.flush().ok());
+      sizes.push_back(fs::file_size(folder / "bag.mcap.unfinished"));
+    }
+  }
+  EXPECT_TRUE(writer.write(recording::McapMetadata{"name", {{"a", "b"}}}).ok());
+  EXPECT_TRUE(writer.finish().ok());
+  return sizes;
+}
+
 } // namespace
 
 using ProgramLive = ProgramTest;
 
 TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
 {
-  makeBag(folder, 6);
-  recording::BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  recording::McapMessage message;
-  std::size_t channel = 0;
-  ASSERT_TRUE(
-      writer.addChannel(reader.channels()[0], recording::McapChunking::Shared, channel)
-          .ok());
-  std::vector<std::uintmax_t> sizes; // of the file after each message
-  for (const recording::BagEntry& entry : reader.index()) {
-    ASSERT_TRUE(reader.read(entry, message).ok());
-    message.channel = channel;
-    ASSERT_TRUE(writer.write(message).ok());
-    ASSERT_TRUE(writer.flush().ok());
-    sizes.push_back(fs::file_size(folder / "bag.mcap.unfinished"));
-  }
-  ASSERT_TRUE(writer.write(recording::McapMetadata{"name", {{"a", "b"}}}).ok());
-  ASSERT_TRUE(writer.finish().ok());
+  const std::vector<std::uintmax_t> sizes = makeBagOfTopics(folder, {"/room"}, 6);
   expectRun("encode bag.mcap -o whole.pcxi");
   for (const std::string extension : {"pcxi", "mcap"}) {
     // The rest of the bag waits for the first frames, at most a minute.
@@ -79,6 +93,7 @@ TEST_F(ProgramLive, ABagThatComesThroughAPipeIsEncodedAsItComes)
   }
   EXPECT_EQ(bytesOf(folder / "x.pcxi"), bytesOf(folder / "whole.pcxi"));
   expectSameFrames(decode(folder / "whole.pcxi")[0], 0, decode(folder / "x.mcap")[0]);
+  recording::BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   std::vector<recording::McapMetadata> metadata;
   EXPECT_TRUE(reader.readMetadata(metadata).ok());
@@ -160,26 +175,7 @@ TEST_F(ProgramLive, ASocketIsReadAsItComes)
 
 TEST_F(ProgramLive, AStreamThatTheOutputDoesNotTakeIsLeftOut)
 {
-  makeBag(folder, 3);
-  recording::BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
-  recording::McapWriter writer;
-  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
-  recording::McapMessage message;
-  std::size_t channel = 0;
-  for (const char* const topic : {"/front", "/rear"}) {
-    recording::McapChannel clouds = reader.channels()[0];
-    clouds.topic = topic;
-    ASSERT_TRUE(
-        writer.addChannel(clouds, recording::McapChunking::Shared, channel).ok());
-    for (const recording::BagEntry& entry : reader.index()) {
-      ASSERT_TRUE(reader.read(entry, message).ok());
-      message.channel = channel;
-      ASSERT_TRUE(writer.write(message).ok());
-    }
-    ASSERT_TRUE(writer.flush().ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
+  makeBagOfTopics(folder, {"/front", "/rear"}, 3);
   const ProgramRun result = runShell("cat bag.mcap | \"$P\" encode - -o x.pcxi");
   ASSERT_EQ(result.status, 1) << result.errors;
   EXPECT_TRUE(hasPart(result.errors,

@@ -180,33 +180,6 @@ TEST_F(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
   EXPECT_EQ(decode(folder / "x.pcxi").at(0).frames.size(), 4u);
 }
 
-TEST_F(ProgramLosses, HoweverManyRequestsComeEverySecondFrameIsAPFrame)
-{
-  const NatsServer server;
-  writeClouds("room", roomClouds(200)); // not all are sent
-  link::SubscriberSettings settings;
-  settings.link = SitePublisher::settingsOf(server);
-  settings.i_frame_request_interval = std::chrono::milliseconds(1);
-  link::FrameSubscriber subscriber(settings);
-  ASSERT_TRUE(subscriber.connect().ok());
-  BackgroundProgram sending(
-      folder, "send", "send room --rate 20 --resolution 0.05" + at(server));
-  std::size_t frames = 0;
-  std::size_t i_frames = 0;
-  EXPECT_TRUE(waitFor([&] {
-    link::LinkFrame frame;
-    while (subscriber.next(frame, std::chrono::milliseconds(0)).ok()) {
-      i_frames += frame.is_i_frame ? 1 : 0;
-      ++frames;
-    }
-    subscriber.requestIFrame("/room");
-    return frames >= 30;
-  }));
-  EXPECT_EQ(sending.end(SIGINT), 130) << sending.errors();
-  EXPECT_GE(i_frames, 5u);
-  EXPECT_LE(i_frames, frames / 2 + 2); // and two that were not requested
-}
-
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -136,16 +136,7 @@ TEST_F(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
   room.height = 16;
   room.snow = 0.05;
   const pcl_ext::test::LidarScan scan = room.scan();
-  pcl::PointCloud<pcl::PointXYZI> cloud;
-  for (std::size_t i = 0; i < scan.size(); ++i)
-    cloud.push_back({scan.coordinates[3 * i],
-                     scan.coordinates[3 * i + 1],
-                     scan.coordinates[3 * i + 2],
-                     1.0f});
-  cloud.width = scan.width;
-  cloud.height = scan.height;
-  cloud.is_dense = false;
-  writeClouds("lidar", {cloud});
+  writeClouds("lidar", {scan.cloud<pcl::PointCloud<pcl::PointXYZI>>()});
   PointOutlierRemoval removal;
   std::vector<float> log_odds;
   const std::size_t removed = removal.score(scan.view(), log_odds).removed;

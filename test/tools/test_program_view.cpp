@@ -23,28 +23,6 @@ using view::test::LiveClient;
 using view::test::LiveMessage;
 using view::test::request;
 
-Bytes
-fromBase64(const std::string& text)
-{
-  const std::string digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  Bytes bytes;
-  std::uint32_t bits = 0;
-  unsigned int count = 0;
-  for (const char letter : text.substr(0, text.find('='))) {
-    const std::size_t digit = digits.find(letter);
-    EXPECT_NE(digit, std::string::npos) << letter;
-    bits = bits << 6 | static_cast<std::uint32_t>(digit);
-    count += 6;
-    if (count >= 8) {
-      count -= 8;
-      bytes.push_back(static_cast<std::uint8_t>(bits >> count));
-    }
-  }
-  EXPECT_EQ(text.size() % 4, 0u);
-  return bytes;
-}
-
 /** \brief A rosbag2 folder of two files. */
 void
 recordFolder(const TestFolder& folder, const std::string& name)
@@ -207,9 +185,10 @@ TEST_F(ProgramView, APageWithTheRecordingIsExported)
     const std::string after = "</script><p></body></html>";
     ASSERT_EQ(html.rfind(before, 0), 0u) << html.substr(0, 300);
     ASSERT_EQ(html.substr(html.size() - after.size()), after);
-    EXPECT_EQ(fromBase64(html.substr(before.size(),
-                                     html.size() - before.size() - after.size())),
-              bytesOf(folder / name));
+    writeText(folder / "base64",
+              html.substr(before.size(), html.size() - before.size() - after.size()));
+    EXPECT_EQ(runShell("base64 -d base64 > decoded").status, 0);
+    EXPECT_EQ(bytesOf(folder / "decoded"), bytesOf(folder / name));
     EXPECT_FALSE(fs::exists(folder / "out.html.unfinished"));
   }
 }
