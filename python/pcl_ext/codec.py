@@ -21,6 +21,8 @@ from typing import (
 from . import _native
 from ._arguments import (
     MICROSECONDS,
+    Unique,
+    check_text,
     least_intensity,
     limits,
     microseconds,
@@ -172,7 +174,8 @@ class Encoder:
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
         row by row. Else as many points as there were are at the centre of each voxel.
     keep_order : bool
-        Keep all points in their order, and rows and columns, whatever bytes that takes.
+        Keep all points in their order, and rows and columns, whatever bytes that takes. With
+        the laws "native" and "none" only.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
@@ -189,8 +192,8 @@ class Encoder:
     use_coordinate_step : bool
         For clouds whose coordinates are all multiples of a larger step, as whole
         millimetres, take voxels of that edge, centred on the multiples: fewer bytes, and
-        coordinates as they were. Not with the laws "quadratic" and "linear", `origin` or
-        `bounding_box`, and "version1" only.
+        coordinates as they were. Not with the laws "quadratic" and "linear", `origin`,
+        `bounding_box` or `keep_order`, and "version1" only.
     threads : int
         Most threads that turn a cloud into voxels, 1 to 256; of clouds from 65,536 points on.
     temporal_filter : int
@@ -223,7 +226,7 @@ class Encoder:
     format : str
         "version1", or "published": the layout of the paper's authors.
     frame_id : str, optional
-        Name of the clouds' coordinate frame, which frames then carry.
+        Name of the clouds' coordinate frame, which frames then carry; "version1" only.
 
     Raises
     ------
@@ -277,6 +280,7 @@ class Encoder:
         del settings["self"]
         if frame_id is not None and not isinstance(frame_id, str):
             raise TypeError(f"frame_id is {frame_id!r}; it must be a text")
+        check_text("frame_id", frame_id or "")
         self._frame_id = frame_id
         self._native = _native.Encoder(settings)
         self._call = call_of(self, settings)
