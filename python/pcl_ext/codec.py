@@ -136,7 +136,7 @@ class Encoder:
     i_frame_every : float
         Seconds from one I-frame to the next by the stamps of the clouds, 0.001 to 86400, so
         that a seek soon shows something; `i_frame_rate` may have one earlier; 0: the count
-        alone.
+        alone. Clouds without a stamp, or with one of 0, are counted only.
     law : str
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
@@ -328,7 +328,8 @@ class Encoder:
             uint8 in the shape of the cloud with red, green, blue (and alpha, which is
             ignored).
         stamp : float, optional
-            Time of the cloud, seconds, which the frame then carries to the microsecond.
+            Time of the cloud, seconds, which the frame then carries to the microsecond. 0 is
+            no time, as in PCL and ROS.
         sensor_pose : array_like of shape (4, 4), optional
             The sensor's pose for this cloud, if it moves.
         outliers : OutlierRemoval, optional
@@ -632,12 +633,13 @@ class Decoder:
 
     @property
     def stamp(self) -> Optional[float]:
-        """Time of the last decoded frame, seconds; None if it carries none."""
-        header = self._native.stamp()
-        return None if header is None else header[0] / MICROSECONDS
+        """Time of the last decoded frame, seconds; None if it carries none, or 0."""
+        microseconds, _ = self._native.stamp() or (0, "")
+        return microseconds / MICROSECONDS if microseconds > 0 else None
 
     @property
     def frame_id(self) -> Optional[str]:
-        """Coordinate frame of the last decoded frame; None if it carries none."""
-        header = self._native.stamp()
-        return None if header is None else header[1]
+        """Coordinate frame of the last decoded frame; None if it carries none, or an empty
+        name."""
+        _, frame_id = self._native.stamp() or (0, "")
+        return frame_id or None
