@@ -49,9 +49,7 @@ Fields = Union[
 ]
 
 # Types of fields that can be kept, in the machine's byte order.
-_FIELD_TYPES = {
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
-}
+_FIELD_TYPES, _FIELD_DEMAND = _native.field_types()
 
 
 class CompressionWarning(UserWarning):
@@ -63,14 +61,17 @@ _MOST_NAME_BYTES = 64
 _MOST_VALUES = 4096
 
 
-def _can_be_kept(name: str, dtype: Any) -> bool:
-    """Whether a field can be kept, by its name and its dtype."""
-    return (
-        dtype.base.isnative
-        and dtype.base.name in _FIELD_TYPES
-        and 0 < dtype.itemsize <= _MOST_VALUES * dtype.base.itemsize
-        and len(name.encode("utf-8", "replace")) <= _MOST_NAME_BYTES
-    )
+def _fault(name: str, dtype: Any) -> str:
+    """Why a field cannot be kept, by its name and its dtype; empty if it can."""
+    name_bytes = len(name.encode("utf-8", "replace"))
+    if not 0 < name_bytes <= _MOST_NAME_BYTES:
+        return f"its name has {name_bytes} bytes, not 1 to {_MOST_NAME_BYTES}"
+    if not dtype.base.isnative or dtype.base.name not in _FIELD_TYPES:
+        return f"of {dtype.base}"
+    values = dtype.itemsize // dtype.base.itemsize
+    if not 0 < values <= _MOST_VALUES:
+        return f"{values:,} values a point, not 1 to {_MOST_VALUES:,}"
+    return ""
 
 
 def _loses_alpha(xyz: Any, colour: Optional[str], kept: set[str]) -> bool:
@@ -90,19 +91,25 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool, loses_intensity: bo
     known = {"x", "y", "z"} | (set() if loses_intensity else {"intensity"})
     known |= {colour} if colour else channels if channels <= set(names) else set()
     known |= kept - {"all"}
+    faults = {}
     if "all" in kept:
         colours = {"rgb", "rgba"} if codes_colours else set()
-        of_all = {name for name in names if _can_be_kept(name, dtype[name])}
-        known |= of_all - colours
+        faults = {name: _fault(name, dtype[name]) for name in names}
+        known |= {name for name in names if not faults[name]} - colours
     loses_alpha = codes_colours and _loses_alpha(xyz, colour, kept)
     if loses_alpha:
         known.discard("rgba")
     left_out = [
-        "the alpha of rgba" if loses_alpha and name == "rgba" else name
+        "the alpha of rgba"
+        if loses_alpha and name == "rgba"
+        else (name or "''") + (f" ({faults[name]})" if faults.get(name) else "")
         for name in names
         if name not in known
     ]
-    return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
+    if not left_out:
+        return ""
+    remedy = f"; a type must be {_FIELD_DEMAND}" if "(of " in "".join(left_out) else ""
+    return f"fields of xyz that are left out: {', '.join(left_out)}{remedy}"
 
 
 def _last_frame(frame: FrameStatistics) -> str:
