@@ -123,7 +123,7 @@ def _last_frame(frame: FrameStatistics) -> str:
     )
 
 
-class Encoder:
+class Encoder(Unique):
     """Encodes the clouds of one stream into frames.
 
     A cloud's points are assigned to the voxels of a grid; a voxel keeps an intensity and the
@@ -471,7 +471,7 @@ class VoxelChanges(NamedTuple):
     is_from_nothing: bool
 
 
-class Decoder:
+class Decoder(Unique):
     """Decodes the frames of one stream, in either format.
 
     Any bytes are safe: `decode` ends in bounded time and memory and never raises because of
