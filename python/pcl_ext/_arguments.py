@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, Mapping, NoReturn, Optional, Union
 
 from . import _native
+from ._texts import shown
 from .status import Error
 
 if TYPE_CHECKING:
@@ -36,12 +37,24 @@ def limits(
     }
 
 
+def number_or_nan(number: Any) -> float:
+    """A number as a float; NaN for what is none, as a text, which float() reads, or for one
+    that is too large."""
+    is_text = isinstance(number, (str, bytes, bytearray))
+    is_text |= getattr(getattr(number, "dtype", None), "kind", "f") in "SU"
+    try:
+        return math.nan if is_text else float(number)
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
+
+
 def least_intensity(min_intensity: Optional[float]) -> Optional[float]:
     if min_intensity is None:
         return None
-    if isinstance(min_intensity, (str, bytes)) or math.isnan(min_intensity):
-        raise ValueError(f"min_intensity is {min_intensity!r}; it must be a number")
-    return float(min_intensity)
+    least = number_or_nan(min_intensity)
+    if math.isnan(least):
+        raise ValueError(f"min_intensity is {shown(min_intensity)}; it must be a number")
+    return least
 
 
 def whole_number(name: str, number: Any) -> int:
@@ -62,17 +75,39 @@ def microseconds(name: str, seconds: Any, end: float) -> float:
     seconds : float
         A time of 0 to less than `end`.
     """
-    try:
-        time = float(seconds) * MICROSECONDS
-    except (TypeError, ValueError):
-        time = math.nan
+    time = number_or_nan(seconds) * MICROSECONDS
     # Also refuses NaN.
     if not 0.0 <= time < end * MICROSECONDS:
         raise ValueError(
-            f"{name} is {seconds!r}; it must be seconds, not negative and less than "
+            f"{name} is {shown(seconds)}; it must be seconds, not negative and less than "
             f"{end:g} (of nanoseconds pass {name} * 1e-9)"
         )
     return time
+
+
+def check_text(name: str, text: Any) -> None:
+    """Raises ValueError for a text that has no bytes, as a lone surrogate."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"{name} is {text!r}; it must be a text that UTF-8 has") from None
+
+
+def metadata_of(metadata: Any) -> Mapping[Any, Any]:
+    """The metadata of a stream, or TypeError."""
+    if metadata is None:
+        return {}
+    if not isinstance(metadata, Mapping):
+        raise TypeError(f"metadata is {shown(metadata)}; it must be a dict of str")
+    return metadata
+
+
+class Unique:
+    """An object with a state of its own that a copy would share: that of a stream, or a
+    file."""
+
+    def __reduce_ex__(self, protocol: Any) -> NoReturn:
+        raise TypeError(f"cannot copy or pickle this {type(self).__name__}: make another one")
 
 
 def check_recording(code: str, message: str) -> None:

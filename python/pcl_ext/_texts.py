@@ -18,14 +18,18 @@ def call_of(thing: object, settings: Mapping[str, Any]) -> str:
     defaults."""
     usual = inspect.signature(type(thing).__init__).parameters
     words = [
-        f"{name}={_value(value)}"
+        f"{name}={shown(value)}"
         for name, value in settings.items()
-        if name in usual and _value(value) != _value(usual[name].default)
+        if name in usual and shown(value) != shown(usual[name].default)
     ]
     return f"{type(thing).__name__}({', '.join(words)})"
 
 
-def _value(value: Any) -> str:
+def shown(value: Any) -> str:
+    """A value in a short line, for messages, too."""
     text = reprlib.Repr()
     text.maxstring = text.maxother = 60
-    return " ".join(text.repr(value).split())
+    try:
+        return " ".join(text.repr(value).split())
+    except ValueError:  # of a whole number of thousands of digits
+        return f"an object of type {type(value).__name__}"

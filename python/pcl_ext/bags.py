@@ -175,7 +175,8 @@ def encode_bag(
         ``resolution=0.05`` is ``--resolution 0.05``, ``keep_points=True`` is
         ``--keep-points``; None and False leave an option out. A list or a tuple has
         commas between its values; a dict repeats the option: ``pose={"/front": (0, 0, 1, 0,
-        0, 0)}``. The effort is "balanced" unless it is given.
+        0, 0)}``. ``fields`` are as those of `Encoder`: ``fields={"time": 1e-6, "ring": None}``.
+        The effort is "balanced" unless it is given.
 
     Returns
     -------
@@ -277,9 +278,21 @@ def _words(name: str, value: Any) -> List[str]:
         return []
     if value is True:
         return [option]
+    if name == "fields":
+        return [f"{option}={_fields(value)}"]
     if isinstance(value, Mapping):
         return [f"{option}={key}={_text(one)}" for key, one in value.items()]
     return [f"{option}={_text(value)}"]
+
+
+def _fields(fields: Any) -> str:
+    """Fields as `Encoder` takes them, for the program: NAME or NAME:STEP each."""
+    if isinstance(fields, Mapping):
+        fields = tuple(fields.items())
+    if not isinstance(fields, (list, tuple)):
+        return str(fields)
+    pairs = [field if isinstance(field, tuple) else (field, None) for field in fields]
+    return ",".join(f"{name}:{step}" if step else str(name) for name, step in pairs)
 
 
 def _text(value: Any) -> str:

@@ -21,6 +21,8 @@ from typing import (
 from . import _native
 from ._arguments import (
     MICROSECONDS,
+    Unique,
+    check_text,
     least_intensity,
     limits,
     microseconds,
@@ -47,9 +49,7 @@ Fields = Union[
 ]
 
 # Types of fields that can be kept, in the machine's byte order.
-_FIELD_TYPES = {
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
-}
+_FIELD_TYPES, _FIELD_DEMAND = _native.field_types()
 
 
 class CompressionWarning(UserWarning):
@@ -61,14 +61,17 @@ _MOST_NAME_BYTES = 64
 _MOST_VALUES = 4096
 
 
-def _can_be_kept(name: str, dtype: Any) -> bool:
-    """Whether a field can be kept, by its name and its dtype."""
-    return (
-        dtype.base.isnative
-        and dtype.base.name in _FIELD_TYPES
-        and 0 < dtype.itemsize <= _MOST_VALUES * dtype.base.itemsize
-        and len(name.encode("utf-8", "replace")) <= _MOST_NAME_BYTES
-    )
+def _fault(name: str, dtype: Any) -> str:
+    """Why a field cannot be kept, by its name and its dtype; empty if it can."""
+    name_bytes = len(name.encode("utf-8", "replace"))
+    if not 0 < name_bytes <= _MOST_NAME_BYTES:
+        return f"its name has {name_bytes} bytes, not 1 to {_MOST_NAME_BYTES}"
+    if not dtype.base.isnative or dtype.base.name not in _FIELD_TYPES:
+        return f"of {dtype.base}"
+    values = dtype.itemsize // dtype.base.itemsize
+    if not 0 < values <= _MOST_VALUES:
+        return f"{values:,} values a point, not 1 to {_MOST_VALUES:,}"
+    return ""
 
 
 def _loses_alpha(xyz: Any, colour: Optional[str], kept: set[str]) -> bool:
@@ -88,19 +91,25 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool, loses_intensity: bo
     known = {"x", "y", "z"} | (set() if loses_intensity else {"intensity"})
     known |= {colour} if colour else channels if channels <= set(names) else set()
     known |= kept - {"all"}
+    faults = {}
     if "all" in kept:
         colours = {"rgb", "rgba"} if codes_colours else set()
-        of_all = {name for name in names if _can_be_kept(name, dtype[name])}
-        known |= of_all - colours
+        faults = {name: _fault(name, dtype[name]) for name in names}
+        known |= {name for name in names if not faults[name]} - colours
     loses_alpha = codes_colours and _loses_alpha(xyz, colour, kept)
     if loses_alpha:
         known.discard("rgba")
     left_out = [
-        "the alpha of rgba" if loses_alpha and name == "rgba" else name
+        "the alpha of rgba"
+        if loses_alpha and name == "rgba"
+        else (name or "''") + (f" ({faults[name]})" if faults.get(name) else "")
         for name in names
         if name not in known
     ]
-    return f"fields of xyz that are left out: {', '.join(left_out)}" if left_out else ""
+    if not left_out:
+        return ""
+    remedy = f"; a type must be {_FIELD_DEMAND}" if "(of " in "".join(left_out) else ""
+    return f"fields of xyz that are left out: {', '.join(left_out)}{remedy}"
 
 
 def _last_frame(frame: FrameStatistics) -> str:
@@ -114,7 +123,7 @@ def _last_frame(frame: FrameStatistics) -> str:
     )
 
 
-class Encoder:
+class Encoder(Unique):
     """Encodes the clouds of one stream into frames.
 
     A cloud's points are assigned to the voxels of a grid; a voxel keeps an intensity and the
@@ -134,7 +143,7 @@ class Encoder:
     i_frame_every : float
         Seconds from one I-frame to the next by the stamps of the clouds, 0.001 to 86400, so
         that a seek soon shows something; `i_frame_rate` may have one earlier; 0: the count
-        alone.
+        alone. Clouds without a stamp, or with one of 0, are counted only.
     law : str
         Intensity of a voxel. "count": the number of its points; "native": the mean of the
         intensities of its points; "quadratic" and "linear": the share of its face that they
@@ -172,7 +181,8 @@ class Encoder:
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
         row by row. Else as many points as there were are at the centre of each voxel.
     keep_order : bool
-        Keep all points in their order, and rows and columns, whatever bytes that takes.
+        Keep all points in their order, and rows and columns, whatever bytes that takes. With
+        the laws "native" and "none" only.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
@@ -189,8 +199,8 @@ class Encoder:
     use_coordinate_step : bool
         For clouds whose coordinates are all multiples of a larger step, as whole
         millimetres, take voxels of that edge, centred on the multiples: fewer bytes, and
-        coordinates as they were. Not with the laws "quadratic" and "linear", `origin` or
-        `bounding_box`, and "version1" only.
+        coordinates as they were. Not with the laws "quadratic" and "linear", `origin`,
+        `bounding_box` or `keep_order`, and "version1" only.
     threads : int
         Most threads that turn a cloud into voxels, 1 to 256; of clouds from 65,536 points on.
     temporal_filter : int
@@ -223,7 +233,7 @@ class Encoder:
     format : str
         "version1", or "published": the layout of the paper's authors.
     frame_id : str, optional
-        Name of the clouds' coordinate frame, which frames then carry.
+        Name of the clouds' coordinate frame, which frames then carry; "version1" only.
 
     Raises
     ------
@@ -277,6 +287,7 @@ class Encoder:
         del settings["self"]
         if frame_id is not None and not isinstance(frame_id, str):
             raise TypeError(f"frame_id is {frame_id!r}; it must be a text")
+        check_text("frame_id", frame_id or "")
         self._frame_id = frame_id
         self._native = _native.Encoder(settings)
         self._call = call_of(self, settings)
@@ -324,7 +335,8 @@ class Encoder:
             uint8 in the shape of the cloud with red, green, blue (and alpha, which is
             ignored).
         stamp : float, optional
-            Time of the cloud, seconds, which the frame then carries to the microsecond.
+            Time of the cloud, seconds, which the frame then carries to the microsecond. 0 is
+            no time, as in PCL and ROS.
         sensor_pose : array_like of shape (4, 4), optional
             The sensor's pose for this cloud, if it moves.
         outliers : OutlierRemoval, optional
@@ -459,7 +471,7 @@ class VoxelChanges(NamedTuple):
     is_from_nothing: bool
 
 
-class Decoder:
+class Decoder(Unique):
     """Decodes the frames of one stream, in either format.
 
     Any bytes are safe: `decode` ends in bounded time and memory and never raises because of
@@ -628,12 +640,13 @@ class Decoder:
 
     @property
     def stamp(self) -> Optional[float]:
-        """Time of the last decoded frame, seconds; None if it carries none."""
-        header = self._native.stamp()
-        return None if header is None else header[0] / MICROSECONDS
+        """Time of the last decoded frame, seconds; None if it carries none, or 0."""
+        microseconds, _ = self._native.stamp() or (0, "")
+        return microseconds / MICROSECONDS if microseconds > 0 else None
 
     @property
     def frame_id(self) -> Optional[str]:
-        """Coordinate frame of the last decoded frame; None if it carries none."""
-        header = self._native.stamp()
-        return None if header is None else header[1]
+        """Coordinate frame of the last decoded frame; None if it carries none, or an empty
+        name."""
+        _, frame_id = self._native.stamp() or (0, "")
+        return frame_id or None

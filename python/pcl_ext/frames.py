@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _native
 from ._arguments import limits
+from ._points import check_fields
 from .status import Status
 
 if TYPE_CHECKING:
@@ -90,7 +91,16 @@ def positions(cloud: NDArray[Any]) -> NDArray[Any]:
     numpy.ndarray
         float32 of shape (N, 3), or float64 for clouds far from the origin, metres. Changes
         of it change the cloud.
+
+    Raises
+    ------
+    TypeError
+        If the cloud has no fields x, y, z.
+    ValueError
+        If these are not floats of one type side by side.
     """
+    cloud = np.asarray(cloud)
+    check_fields(cloud)
     type_of_x, offset = cloud.dtype.fields["x"][:2]  # type: ignore[index]
     for axis, name in enumerate("xyz"):
         place = offset + axis * type_of_x.itemsize

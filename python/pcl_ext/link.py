@@ -17,9 +17,21 @@ Needs a package that was built with libnats.
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any, Dict, Iterator, NamedTuple, Optional, Sequence, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Union,
+)
 
-from ._arguments import END_OF_TIME, microseconds, whole_number
+from ._arguments import END_OF_TIME, Unique, metadata_of, microseconds, whole_number
+from ._texts import shown
 from .status import Error
 
 try:
@@ -92,7 +104,10 @@ def _check(code: str, message: str) -> None:
 def _bytes(name: str, text: str) -> bytes:
     if not isinstance(text, str):
         raise TypeError(f"{name} is of type {type(text).__name__}; it must be a str")
-    return text.encode("utf-8", "surrogateescape")
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:
+        raise ValueError(f"{name} is no text that UTF-8 has") from None
 
 
 def _count(name: str, number: Any, least: int, most: int) -> int:
@@ -124,7 +139,15 @@ def _settings(**values: str) -> Dict[str, bytes]:
     return {name: _bytes(name, value) for name, value in values.items()}
 
 
-class FramePublisher:
+def _names(streams: Any) -> List[bytes]:
+    if isinstance(streams, str):
+        return [_bytes("streams", streams)]
+    if isinstance(streams, bytes) or not isinstance(streams, Iterable):
+        raise TypeError(f"streams is {shown(streams)}; it must be a str or several of them")
+    return [_bytes("streams", name) for name in streams]
+
+
+class FramePublisher(Unique):
     """Publishes the frames of streams for whoever receives them.
 
     Frames that cannot be sent are lost: receivers request an I-frame then. A lost connection
@@ -199,7 +222,7 @@ class FramePublisher:
         """
         pairs = {
             _bytes("metadata", key): _bytes("metadata", value)
-            for key, value in (metadata or {}).items()
+            for key, value in metadata_of(metadata).items()
         }
         number, code, message = self._native.add_stream(_bytes("name", name), pairs)
         _check(code, message)
@@ -213,7 +236,8 @@ class FramePublisher:
         stream : int
             What `add_stream` returned.
         data : bytes, bytearray, memoryview or numpy.ndarray of uint8
-            A frame, as `Encoder.encode` returns it.
+            A frame, as `Encoder.encode` returns it. Of no bytes, as for a cloud that
+            `max_rate` left out: nothing is sent.
         time : float
             Of the cloud, seconds.
 
@@ -270,7 +294,7 @@ class FramePublisher:
         return self._native.statistics()
 
 
-class FrameSubscriber:
+class FrameSubscriber(Unique):
     """Receives the frames of a site's streams; iterates over them for ever.
 
     Each stream begins with an I-frame and has no gap within what can be decoded: after a lost
@@ -333,10 +357,7 @@ class FrameSubscriber:
                 key_file=key,
             ),
             _connect_timeout(timeout),
-            [
-                _bytes("streams", name)
-                for name in ([streams] if isinstance(streams, str) else streams)
-            ],
+            _names(streams),
             None if partition is None else _count("partition", partition, 0, 2**32 - 1),
             start,
             _count("max_waiting_bytes", max_waiting_bytes, 1, sys.maxsize),

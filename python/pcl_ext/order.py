@@ -1,12 +1,14 @@
 # Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 """The order in which a lidar measured its points, restored from their fields."""
 
+import operator
 from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._points import finite_points
+from ._points import check_fields, finite_points
+from ._texts import shown
 
 _MOST_SIDE = 1 << 16
 _MOST_PIXELS = 1 << 24
@@ -52,9 +54,13 @@ def sort_by_time(
 
     Raises
     ------
+    TypeError
+        If the cloud has no fields x, y, z.
     ValueError
-        Without these fields, or if a value of them is not a number.
+        Without the two fields, or if a value of them is not a number.
     """
+    cloud = np.asarray(cloud)
+    check_fields(cloud)
     points = finite_points(cloud)
     times = _field(points, time, ("t", "time", "timestamp", "time_stamp", "offset_time"))
     rings = _field(points, ring, ("ring", "channel", "line"))
@@ -74,6 +80,16 @@ def _columns(times: NDArray[Any]) -> NDArray[Any]:
         steps = steps[steps < 1.5 * np.sort(steps)[len(steps) // 2]]
         gaps = np.where(gaps > 0, np.fmax(1, np.round(gaps / steps.mean())), 0)
     return np.concatenate(([0.0], np.cumsum(gaps)))[: len(times)]
+
+
+def _sides(shape: Any) -> Tuple[int, int]:
+    try:
+        rows, columns = map(operator.index, shape)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"shape is {shown(shape)}; it must be two whole numbers, rows and columns"
+        ) from None
+    return rows, columns
 
 
 def arrange_by_ring(
@@ -105,11 +121,14 @@ def arrange_by_ring(
 
     Raises
     ------
+    TypeError
+        As `sort_by_time`; if `shape` is not two whole numbers.
     ValueError
         As `sort_by_time`; if rings are no whole numbers from 0 on, if two points have the
         same ring and time, if times differ within columns, or if the points need more
         than `shape`, 65536 rows or columns, or 2^24 pixels.
     """
+    most = np.array((_MOST_SIDE, _MOST_SIDE) if shape is None else _sides(shape))
     points = sort_by_time(cloud, time=time, ring=ring)
     rings = _field(points, ring, ("ring", "channel", "line")).astype("f8")
     columns = _columns(
@@ -118,7 +137,6 @@ def arrange_by_ring(
     if np.any(rings < 0) or np.any(rings != np.floor(rings)):
         raise ValueError("the ring of a point is not a whole number from 0 on")
     needed = np.array([rings.max(initial=-1) + 1, columns.max(initial=-1) + 1])
-    most = np.array((_MOST_SIDE, _MOST_SIDE) if shape is None else shape)
     if np.any(needed > most):
         raise ValueError(
             f"the points need {needed[0]:g} rows and {needed[1]:g} columns; there may be "

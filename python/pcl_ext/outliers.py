@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, Sequence
 
 from . import _native
+from ._arguments import Unique
 from ._texts import call_of, counted
 from .status import Status
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 Unit = Literal["automatic", "faces", "points", "voxels", "rays"]
 
 
-class OutlierRemoval:
+class OutlierRemoval(Unique):
     """Removes noise from the voxels of one stream by their neighbourhood in this frame and
     previous ones.
 
@@ -155,7 +156,7 @@ class OutlierRemoval:
         self._native.reset()
 
 
-class PointOutlierRemoval:
+class PointOutlierRemoval(Unique):
     """Tells snow and other noise that floats in the air from surfaces in the clouds of a
     lidar that turns, before they are encoded.
 

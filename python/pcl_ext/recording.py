@@ -13,6 +13,7 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tu
 from . import _native
 from ._arguments import (
     END_OF_TIME,
+    Unique,
     check_recording,
     least_intensity,
     limits,
@@ -67,7 +68,7 @@ class RecordingWarning(UserWarning):
     """Clouds of a recording are missing or may be, as it is damaged or has no orderly end."""
 
 
-class Recording:
+class Recording(Unique):
     """A recording that is read, as `open` returns it.
 
     To iterate over it gives a `RecordedFrame` at a time, of all streams in the order of

@@ -7,13 +7,22 @@ import os
 from typing import TYPE_CHECKING, Dict, Optional, Union
 
 from . import _native
-from ._arguments import END_OF_TIME, check_recording, microseconds, whole_number
+from ._arguments import (
+    END_OF_TIME,
+    Unique,
+    check_recording,
+    check_text,
+    metadata_of,
+    microseconds,
+    whole_number,
+)
+from ._texts import counted
 
 if TYPE_CHECKING:
     from ._arguments import Buffer
 
 
-class RecordingWriter:
+class RecordingWriter(Unique):
     """Records the encoded frames of one or several streams.
 
     In a ``with`` statement the recording is completed at the end. Until then the file has
@@ -23,13 +32,18 @@ class RecordingWriter:
     Parameters
     ----------
     path : str or os.PathLike
-        A name that ends in .pcxi: a file of one stream, its frames one after the other. Any
-        other: MCAP, with a channel for each stream. "-": .pcxi on the standard output.
+        A name that ends in .pcxi: a file of one stream, its frames one after the other. In
+        .mcap: MCAP, with a channel for each stream. Without an extension: a folder of rosbag2
+        with such a file. "-": .pcxi on the standard output.
+    overwrite : bool
+        Replace a file that exists. A folder is never replaced.
 
     Raises
     ------
+    ValueError
+        If the name has another extension.
     Error
-        If the file cannot be written.
+        If the file exists or cannot be written.
 
     Examples
     --------
@@ -46,9 +60,18 @@ class RecordingWriter:
     [10.0, 11.0, 12.0]
     """
 
-    def __init__(self, path: Union[str, os.PathLike[str]]):
+    def __init__(self, path: Union[str, os.PathLike[str]], *, overwrite: bool = False):
+        if not isinstance(overwrite, bool):
+            raise TypeError(f"overwrite is {overwrite!r}; it must be True or False")
+        self._name = os.fspath(path)
         self._native = _native.RecordingWriter()
-        check_recording(*self._native.open(os.fsencode(path)))
+        check_recording(*self._native.open(os.fsencode(path), overwrite))
+
+    def __repr__(self) -> str:
+        is_open, streams, frames = self._native.written()
+        words = [counted(streams, "stream"), counted(frames, "frame")]
+        words += [] if is_open else ["ended"]
+        return f"<RecordingWriter {self._name!r}: {', '.join(words)}>"
 
     def __enter__(self) -> RecordingWriter:
         return self
@@ -87,14 +110,18 @@ class RecordingWriter:
         ValueError
             If the name is empty or taken, or a .pcxi file has a stream already.
         """
-        metadata = dict(metadata or {})
-        for text in (name, frame_id, *metadata, *metadata.values()):
+        pairs = dict(metadata_of(metadata))
+        for text in (name, frame_id, *pairs, *pairs.values()):
             if not isinstance(text, str):
                 raise TypeError(
                     f"{text!r} is not a str, as name, frame_id, and keys and values of "
                     "metadata must be"
                 )
-        number, code, message = self._native.add_stream(name, frame_id, metadata)
+        check_text("name", name)
+        check_text("frame_id", frame_id)
+        for text in (*pairs, *pairs.values()):
+            check_text("a text of metadata", text)
+        number, code, message = self._native.add_stream(name, frame_id, pairs)
         check_recording(code, message)
         return number
 
@@ -106,7 +133,8 @@ class RecordingWriter:
         stream : int
             What `add_stream` returned.
         data : bytes, bytearray, memoryview or numpy.ndarray of uint8
-            A frame, as `Encoder.encode` returns it.
+            A frame, as `Encoder.encode` returns it. Of no bytes, as for a cloud that
+            `max_rate` left out: nothing is appended.
         time : float
             Time of the cloud, seconds, which is stored to the microsecond. A .pcxi file does
             not store it; its frames may have a stamp.

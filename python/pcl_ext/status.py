@@ -29,7 +29,9 @@ class Status(NamedTuple):
     code : str
         "Ok", or the kind of failure: "EndOfStream", "NoFrame", "UnsupportedVersion",
         "Truncated", "Corrupt", "LimitExceeded", "MissingReference", "OldFrame",
-        "OutOfMemory"; of an outlier removal "UnsupportedResolution" or "NoDensities".
+        "OutOfMemory"; of a recording also "InputFailed"; of an outlier removal
+        "UnsupportedResolution", "NoDensities" or "NoImage"; of a temporal filter
+        "HasPointCounts".
     message : str
         What is wrong, and often the remedy. A success may have a message, too.
     """

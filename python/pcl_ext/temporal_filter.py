@@ -6,11 +6,12 @@ from __future__ import annotations
 from typing import Optional, Sequence
 
 from . import _native
+from ._arguments import Unique
 from ._texts import call_of, counted
 from .status import Status
 
 
-class TemporalVoxelFilter:
+class TemporalVoxelFilter(Unique):
     """Shows the voxels of one stream that were likely surfaces in the last frames, in place
     of those that the sensor happened to hit: what stands still does not flicker.
 

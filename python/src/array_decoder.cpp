@@ -30,7 +30,7 @@ ArrayDecoder::decode(const std::uint8_t* bytes,
     return status;
   try {
     std::optional<std::chrono::nanoseconds> time;
-    if (decoder_.stamp())
+    if (decoder_.stamp() && decoder_.stamp()->stamp != 0)
       time = io::timeOfStamp(decoder_.stamp()->stamp);
     denoising.apply(frame_, time);
     cloud.emplace(frame_);

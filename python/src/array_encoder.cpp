@@ -36,6 +36,12 @@ public:
   open(io::OpenedCloud& opened) override
   {
     const ArrayEncoderSettings& settings = encoder_.settings_;
+    for (const io::FieldSetting& named : settings.codec.fields)
+      for (const UnknownField& field : cloud_.columns.unknown_fields)
+        if (field.name == named.name)
+          return {io::CompressionCode::InvalidInput,
+                  "field '" + field.name + "' cannot be kept: its type is " +
+                      field.type + "; it must be " + fieldDemand()};
     const bool is_native = encoder_.law_ == IntensityLaw::Native;
     opened.view = viewOf(cloud_.columns, is_native, settings.codec, encoder_.memory_);
     if (!needsSensor(encoder_.law_) || opened.view.count == 0)

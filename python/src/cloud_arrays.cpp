@@ -180,6 +180,8 @@ CloudArrays::takeFields(const py::array& points)
 {
   if (points.ndim() == 0)
     throwShape("xyz", points, "one record is no array of points");
+  if (points.ndim() > 2)
+    throwShape("xyz", points, "a structured array must be (N,) or (rows, columns)");
   for (const char* name : {"x", "y", "z"})
     if (!hasField(points, name))
       throw py::value_error("xyz has fields " + textOf(points.dtype().attr("names")) +
@@ -246,9 +248,12 @@ CloudArrays::takeFurtherFields(const py::array& points)
     const auto type = place[py::int_(0)].cast<py::dtype>();
     const auto value_type = type.attr("base").cast<py::dtype>();
     const auto known_type = fieldType(value_type);
-    if (text == "x" || text == "y" || text == "z" || !known_type ||
-        type.itemsize() == 0)
+    if (text == "x" || text == "y" || text == "z" || type.itemsize() == 0)
       continue;
+    if (!known_type) {
+      columns_.unknown_fields.push_back({text, textOf(value_type)});
+      continue;
+    }
     field.description.type = *known_type;
     field.description.count =
         static_cast<std::uint32_t>(type.itemsize() / value_type.itemsize());
@@ -263,8 +268,11 @@ CloudArrays::takeFurtherFields(const py::array& points)
 void
 CloudArrays::takeCoordinates(py::array points)
 {
-  if (points.ndim() < 2 || points.shape(points.ndim() - 1) != 3)
-    throwShape("xyz", points, "it must be (N, 3); of more columns pass xyz[:, :3]");
+  if (points.ndim() < 2 || points.ndim() > 3 || points.shape(points.ndim() - 1) != 3)
+    throwShape("xyz",
+               points,
+               "it must be (N, 3) or (rows, columns, 3); of more columns pass "
+               "xyz[:, :3]");
   checkFloat("xyz", points.dtype());
   shape_ = shapeOf(points, 1);
   setImage();

@@ -18,8 +18,8 @@ namespace py = pybind11;
 class CloudArrays {
 public:
   /** \brief Finds the points in what a caller gave.
-   * \param[in] xyz array of shape (..., 3), or structured with fields x, y, z and
-   * possibly intensity, rgb, rgba or r, g, b, and further fields
+   * \param[in] xyz array of shape (N, 3) or (rows, columns, 3), or structured with
+   * fields x, y, z and possibly intensity, rgb, rgba or r, g, b, and further fields
    * \param[in] intensity None, or numbers in the shape of the cloud
    * \param[in] colour None, or uint8 of shape (..., 3) or (..., 4)
    * \throws py::type_error, py::value_error with the argument and a remedy

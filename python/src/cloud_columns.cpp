@@ -240,6 +240,13 @@ setFields(const CloudColumns& cloud,
 
 } // namespace
 
+std::string
+fieldDemand()
+{
+  return "one of " + namesOf(io::field_types) +
+         ", in the machine's byte order: convert it with astype";
+}
+
 io::PointView
 viewOf(const CloudColumns& cloud,
        bool uses_intensities,

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace pcl_ext {
@@ -45,6 +46,12 @@ struct FieldColumn {
   bool is_channel = false;          ///< red, green or blue of the array's colour
 };
 
+/** \brief A further field whose values have a type that cannot be kept. */
+struct UnknownField {
+  std::string name;
+  std::string type; ///< in numpy's words
+};
+
 /** \brief A cloud as it lies in the caller's arrays. */
 struct CloudColumns {
   std::size_t count = 0;
@@ -54,6 +61,7 @@ struct CloudColumns {
   std::optional<Column> packed_colour;           ///< 32 bits, as PCL's field rgba
   std::optional<std::array<Column, 3>> channels; ///< or red, green and blue, UInt8
   std::vector<FieldColumn> fields;               ///< all but x, y and z
+  std::vector<UnknownField> unknown_fields;      ///< that are not among these
 
   bool
   hasColours() const
@@ -61,6 +69,10 @@ struct CloudColumns {
     return packed_colour || channels;
   }
 };
+
+/** \brief What the type of a field must be. */
+std::string
+fieldDemand();
 
 /** \brief Copies of columns that a PointView cannot point to; reused from cloud to
  * cloud. */

@@ -220,6 +220,16 @@ laws()
   return laws;
 }
 
+/** \brief The types of fields, and what a type must be, in words. */
+py::tuple
+fieldTypes()
+{
+  py::set names;
+  for (const NamedValue<io::FieldType>& type : io::field_types)
+    names.add(type.name);
+  return py::make_tuple(names, fieldDemand());
+}
+
 void
 addEncoder(py::module_& module)
 {
@@ -338,6 +348,7 @@ addCodec(py::module_& module)
   module.def("encoder_settings", &encoderSettings);
   module.def("sensors", &sensors);
   module.def("laws", &laws);
+  module.def("field_types", &fieldTypes);
 }
 
 } // namespace python

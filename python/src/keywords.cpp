@@ -1,34 +1,69 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "keywords.h"
 
+#include <cmath>
 #include <limits>
+#include <optional>
 
 namespace pcl_ext {
 namespace python {
 
 namespace {
 
-bool
-isNumber(const py::object& object)
+std::string
+shown(const py::handle& object)
 {
-  return PyNumber_Check(object.ptr()) != 0 && !PyBool_Check(object.ptr()) &&
-         !PyComplex_Check(object.ptr());
+  return py::module_::import("pcl_ext._texts")
+      .attr("shown")(object)
+      .cast<std::string>();
 }
 
-std::string
-shown(const py::object& object)
+/** \brief The number that an object is; none if it is no number, infinity if it is too
+ * large for a double. float() of Python takes texts, too. */
+std::optional<double>
+asNumber(const py::handle& object)
 {
-  return py::repr(object).cast<std::string>();
+  if (PyNumber_Check(object.ptr()) == 0 || PyBool_Check(object.ptr()) ||
+      PyComplex_Check(object.ptr()) || PyUnicode_Check(object.ptr()))
+    return std::nullopt;
+  if (py::hasattr(object, "dtype")) {
+    const auto kind = py::str(object.attr("dtype").attr("kind")).cast<std::string>();
+    if (kind != "f" && kind != "i" && kind != "u")
+      return std::nullopt;
+  }
+  try {
+    return py::float_(py::reinterpret_borrow<py::object>(object));
+  }
+  catch (py::error_already_set& error) {
+    if (error.matches(PyExc_OverflowError))
+      return std::numeric_limits<double>::infinity();
+    if (error.matches(PyExc_TypeError) || error.matches(PyExc_ValueError))
+      return std::nullopt;
+    throw;
+  }
 }
 
 } // namespace
 
+bool
+hasBytes(const py::str& text)
+{
+  if (PyUnicode_AsUTF8AndSize(text.ptr(), nullptr) != nullptr)
+    return true;
+  PyErr_Clear();
+  return false;
+}
+
 double
 numberOf(const std::string& name, const py::object& object)
 {
-  if (!isNumber(object))
+  const std::optional<double> number = asNumber(object);
+  if (!number)
     throw py::type_error(name + " is " + shown(object) + "; it must be a number");
-  return py::float_(object);
+  if (std::isinf(*number) && PyLong_Check(object.ptr()) != 0)
+    throw py::value_error(name + " is " + shown(object) +
+                          "; it must be a number of at most 1e308");
+  return *number;
 }
 
 std::vector<double>
@@ -40,14 +75,14 @@ numbersOf(const char* name, const py::object& object, std::size_t count)
   };
   std::vector<double> numbers;
   try {
-    for (const py::handle& number : object)
-      numbers.push_back(number.cast<double>());
+    for (const py::handle& element : object)
+      if (const std::optional<double> number = asNumber(element))
+        numbers.push_back(*number);
+      else
+        refuse();
   }
   catch (const py::error_already_set&) {
-    refuse();
-  }
-  catch (const py::cast_error&) {
-    refuse();
+    refuse(); // as it has no elements
   }
   if (numbers.size() != count)
     refuse();
@@ -75,15 +110,22 @@ Keywords::number(const char* name) const
 }
 
 std::size_t
-Keywords::count(const char* name, std::size_t highest) const
+Keywords::count(const char* name, std::size_t lowest, std::size_t highest) const
 {
   const py::object value = at(name);
   if (PyIndex_Check(value.ptr()) == 0 || PyBool_Check(value.ptr()))
     refuseType(name, "a whole number");
   // Clamped to the range of the type.
   const py::ssize_t number = PyNumber_AsSsize_t(value.ptr(), nullptr);
-  if (number < 0 || static_cast<std::size_t>(number) > highest)
-    refuse(name, "a whole number of 0 to " + std::to_string(highest));
+  if (number == -1 && PyErr_Occurred() != nullptr) { // as of an array of some numbers
+    PyErr_Clear();
+    refuseType(name, "a whole number");
+  }
+  if (number < 0 || static_cast<std::size_t>(number) < lowest ||
+      static_cast<std::size_t>(number) > highest)
+    refuse(name,
+           "a whole number of " + std::to_string(lowest) + " to " +
+               std::to_string(highest));
   return static_cast<std::size_t>(number);
 }
 
@@ -91,7 +133,7 @@ unsigned int
 Keywords::smallCount(const char* name) const
 {
   constexpr unsigned int highest = std::numeric_limits<std::int32_t>::max();
-  return static_cast<unsigned int>(count(name, highest));
+  return static_cast<unsigned int>(count(name, 0, highest));
 }
 
 bool
@@ -109,6 +151,8 @@ Keywords::text(const char* name) const
   const py::object value = at(name);
   if (!py::isinstance<py::str>(value))
     refuseType(name, "a text");
+  if (!hasBytes(value))
+    refuse(name, "a text that UTF-8 has");
   return value.cast<std::string>();
 }
 

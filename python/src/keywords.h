@@ -37,11 +37,11 @@ public:
   double
   number(const char* name) const;
 
-  /** \brief A whole number of 0 to highest. */
+  /** \brief A whole number of lowest to highest. */
   std::size_t
-  count(const char* name, std::size_t highest) const;
+  count(const char* name, std::size_t lowest, std::size_t highest) const;
 
-  /** \brief The same within 32 bits. */
+  /** \brief One from 0 on within 32 bits. */
   unsigned int
   smallCount(const char* name) const;
 
@@ -77,6 +77,10 @@ public:
 private:
   py::dict values_;
 };
+
+/** \brief False for a text that UTF-8 does not have, as a lone surrogate. */
+bool
+hasBytes(const py::str& text);
 
 /** \brief A number.
  * \param[in] name for messages

@@ -118,6 +118,8 @@ public:
   publish(std::size_t stream, const py::object& data, std::int64_t nanoseconds)
   {
     const ByteView bytes(data);
+    if (bytes.size() == 0)
+      return outcome({}); // a cloud that max_rate left out
     const link::LinkStatus status = withoutGil([&] {
       return publisher_.publish(
           stream, link::Time(nanoseconds), bytes.data(), bytes.size());

@@ -222,10 +222,11 @@ addWriter(py::module_& module)
       .def(py::init<>())
       .def(
           "open",
-          [](RecordingOutput& output, const std::string& path) {
-            return asTuple(withoutGil([&] { return output.open(path); }));
+          [](RecordingOutput& output, const std::string& path, bool may_replace) {
+            return asTuple(withoutGil([&] { return output.open(path, may_replace); }));
           },
-          "path"_a)
+          "path"_a,
+          "may_replace"_a)
       .def("add_stream", &addStream, "name"_a, "frame_id"_a, "metadata"_a)
       .def("append", &append, "stream"_a, "data"_a, "time"_a)
       .def("flush",
@@ -237,7 +238,12 @@ addWriter(py::module_& module)
              return asTuple(withoutGil([&] { return output.finish(); }));
            })
       .def("abandon",
-           [](RecordingOutput& output) { withoutGil([&] { output.abandon(); }); });
+           [](RecordingOutput& output) { withoutGil([&] { output.abandon(); }); })
+      .def("written", [](const RecordingOutput& output) {
+        const RecordingOutput::Written written =
+            withoutGil([&] { return output.written(); });
+        return py::make_tuple(written.is_open, written.streams, written.frames);
+      });
 }
 
 } // namespace

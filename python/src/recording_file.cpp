@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording_file.h"
 
+#include "recording/output_paths.h"
 #include "voxels/point_voxels.h"
 
 #include <new>
@@ -139,9 +140,18 @@ RecordingFile::fileBytes() const
 }
 
 RecordingStatus
-RecordingOutput::open(const std::string& path)
+RecordingOutput::open(const std::string& path, bool may_replace)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  recording::OutputKind kind{};
+  if (RecordingStatus status = recording::checkOutput(path, kind); !status.ok())
+    return status;
+  if (!may_replace)
+    if (RecordingStatus status = recording::refuseTakenFile(path, "overwrite=True");
+        !status.ok())
+      return status;
+  existing_ =
+      may_replace ? recording::ExistingFile::Replace : recording::ExistingFile::Keep;
   writer_ = std::make_unique<recording::RecordingWriter>();
   return writer_->open(path);
 }
@@ -158,7 +168,9 @@ RecordingStatus
 RecordingOutput::addStream(const recording::StreamToRecord& stream, std::size_t& number)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return writer().addStream(stream, number);
+  RecordingStatus status = writer().addStream(stream, number);
+  written_.streams += status.ok() ? 1 : 0;
+  return status;
 }
 
 RecordingStatus
@@ -168,7 +180,21 @@ RecordingOutput::append(std::size_t stream,
                         std::size_t size)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
-  return writer().append(stream, time, bytes, size);
+  recording::RecordingWriter& to = writer();
+  if (size == 0)
+    return {};
+  RecordingStatus status = to.append(stream, time, bytes, size);
+  written_.frames += status.ok() ? 1 : 0;
+  return status;
+}
+
+RecordingOutput::Written
+RecordingOutput::written() const
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Written written = written_;
+  written.is_open = writer_ != nullptr;
+  return written;
 }
 
 RecordingStatus
@@ -184,7 +210,7 @@ RecordingOutput::finish()
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!writer_)
     return {};
-  RecordingStatus status = writer_->finish();
+  RecordingStatus status = writer_->finish(existing_);
   if (status.ok()) // else the next call fails, too
     writer_.reset();
   return status;

@@ -94,12 +94,17 @@ private:
  * held. */
 class RecordingOutput {
 public:
+  /** \brief Begins a recording.
+   * \param[in] may_replace a file of this name is replaced, else refused
+   */
   recording::RecordingStatus
-  open(const std::string& path);
+  open(const std::string& path, bool may_replace);
 
   recording::RecordingStatus
   addStream(const recording::StreamToRecord& stream, std::size_t& number);
 
+  /** \brief Appends a frame; none of 0 bytes, which is a cloud that max_rate left
+   * out. */
   recording::RecordingStatus
   append(std::size_t stream,
          recording::Time time,
@@ -108,6 +113,16 @@ public:
 
   recording::RecordingStatus
   flush();
+
+  /** \brief What was written. */
+  struct Written {
+    bool is_open = false;
+    std::size_t streams = 0;
+    std::size_t frames = 0;
+  };
+
+  Written
+  written() const;
 
   recording::RecordingStatus
   finish();
@@ -122,6 +137,8 @@ private:
 
   mutable std::mutex mutex_;
   std::unique_ptr<recording::RecordingWriter> writer_;
+  recording::ExistingFile existing_ = recording::ExistingFile::Keep;
+  Written written_;
 };
 
 } // namespace python

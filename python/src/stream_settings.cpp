@@ -4,6 +4,7 @@
 #include "keywords.h"
 #include "outliers/outlier_setting_table.h"
 #include "stream/encoder_setting.h"
+#include "stream/setting_checks.h"
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -52,9 +53,11 @@ std::vector<double>
 readCorners(const Keywords& values, const char* name)
 {
   const py::object box = values.at(name);
-  if ((!py::isinstance<py::sequence>(box) && !py::hasattr(box, "shape")) ||
-      py::len(box) != 2)
+  const bool is_list = py::isinstance<py::sequence>(box) || py::hasattr(box, "shape");
+  if (!is_list || PyObject_Size(box.ptr()) != 2) {
+    PyErr_Clear(); // of an array without dimensions, which has no size
     values.refuse(name, "two corners, (min, max)");
+  }
   std::vector<double> corners;
   for (const auto& [which, index] : {std::pair("lower", 0), std::pair("upper", 1)}) {
     const std::string corner = std::string("the ") + which + " corner of " + name;
@@ -77,8 +80,9 @@ readSensor(const Keywords& values)
   }
   const std::vector<double> figures = values.numbers("sensor", 4);
   const auto pixels = [&](double number) {
-    if (!(number >= 0.0 && number <= 1 << 16))
-      values.refuse("sensor", "1 to 65536 columns and rows, after the field of view");
+    if (!(number >= 0.0 && number <= 1 << 16) || number != std::floor(number))
+      values.refuse("sensor",
+                    "1 to 65536 whole columns and rows, after the field of view");
     return static_cast<unsigned int>(number);
   };
   try {
@@ -95,9 +99,9 @@ readDepthLaw(const Keywords& values)
   if (!values.isSet("depth_law"))
     return std::nullopt;
   const std::vector<double> law = values.numbers("depth_law", 3);
-  const bool is_exponent = law[0] == 1.0 || law[0] == 2.0;
-  return io::DepthLaw{
-      is_exponent ? static_cast<unsigned int>(law[0]) : 0, law[1], law[2]};
+  if (law[0] != 1.0 && law[0] != 2.0)
+    values.refuse("depth_law", "an exponent of 1 or 2, a depth and an intensity");
+  return io::DepthLaw{static_cast<unsigned int>(law[0]), law[1], law[2]};
 }
 
 /** \brief One field: its name, or a pair of name and step. */
@@ -109,7 +113,7 @@ readField(const Keywords& values, py::object name)
     step = name[py::int_(1)];
     name = name[py::int_(0)];
   }
-  if (!py::isinstance<py::str>(name))
+  if (!py::isinstance<py::str>(name) || !hasBytes(name))
     values.refuse("fields", field_demand);
   io::FieldSetting field{name.cast<std::string>()};
   if (!step.is_none())
@@ -166,6 +170,31 @@ readCodecSettings(const Keywords& values)
   return settings;
 }
 
+/** \brief Refuses settings that contradict each other, of which the codec itself would
+ * tell with each cloud, or not at all. */
+void
+refuseContradictions(const Keywords& keywords, const ArrayEncoderSettings& settings)
+{
+  const io::EncoderSettings& codec = settings.codec;
+  if (settings.law)
+    if (const auto fault = io::orderFault(codec, *settings.law))
+      throw py::value_error(fault->withIds());
+  if (codec.format == io::StreamFormat::Published && keywords.isSet("frame_id"))
+    keywords.refuse("frame_id", "None in the published layout");
+  if (!codec.use_coordinate_step)
+    return;
+  const auto refuse_with = [&](bool is_so, const char* what) {
+    if (is_so)
+      keywords.refuse("use_coordinate_step", std::string("False with ") + what);
+  };
+  refuse_with(settings.law && needsSensor(*settings.law),
+              "the laws quadratic and linear");
+  refuse_with(codec.origin.has_value(), "origin");
+  refuse_with(codec.bounding_box.has_value(), "bounding_box");
+  refuse_with(codec.keep_order, "keep_order");
+  refuse_with(codec.format == io::StreamFormat::Published, "format='published'");
+}
+
 /** \brief A value as the default of a keyword. */
 py::object
 toPython(const io::SettingValue& value)
@@ -183,7 +212,7 @@ readValue(const Keywords& keywords, const char* name, ValueT& value)
   if constexpr (std::is_same_v<ValueT, bool>)
     value = keywords.flag(name);
   else if constexpr (std::is_integral_v<ValueT>)
-    value = keywords.count(name, any_size);
+    value = keywords.count(name, 0, any_size);
   else if constexpr (std::is_floating_point_v<ValueT>)
     value = static_cast<ValueT>(keywords.number(name));
   else
@@ -248,6 +277,7 @@ readArrayEncoderSettings(const py::dict& values)
     throw py::value_error("the law '" + nameOf(*settings.law) +
                           "' needs a sensor: its name, as 'kinect_v2', or (fov_x_deg, "
                           "fov_y_deg, columns, rows)");
+  refuseContradictions(keywords, settings);
   return settings;
 }
 
@@ -256,15 +286,14 @@ readLimits(const py::dict& values, const std::optional<io::DecoderLimits>& defau
 {
   const Keywords keywords(values);
   io::DecoderLimits limits = defaults.value_or(io::DecoderLimits());
-  const auto read = [&](const char* name, std::size_t& limit) {
+  const auto read = [&](const char* name, std::size_t highest, std::size_t& limit) {
     if (!defaults || keywords.isSet(name))
-      limit = keywords.count(name, any_size);
+      limit = keywords.count(name, 1, highest);
   };
-  read("max_frame_bytes", limits.max_frame_bytes);
-  read("max_voxels", limits.max_voxels);
-  read("max_points", limits.max_points);
-  read("max_field_values", limits.max_field_values);
-  throwUnlessOk(io::checkLimits(limits));
+  read("max_frame_bytes", any_size, limits.max_frame_bytes);
+  read("max_voxels", io::DecoderLimits::most_voxels, limits.max_voxels);
+  read("max_points", any_size, limits.max_points);
+  read("max_field_values", any_size, limits.max_field_values);
   return limits;
 }
 

@@ -222,6 +222,8 @@ BAD_CLOUDS = [
     ([[1, 2], [3]], TypeError, "numpy makes no array"),
     (np.zeros(5, FIELDS), ValueError, r"fields \('x', 'y'\); it must have x, y and z"),
     (np.zeros((), [*FIELDS, ("z", "f4")]), ValueError, "one record"),
+    (np.zeros((2, 3, 4, 3)), ValueError, r"xyz has shape \(2, 3, 4, 3\); it must be \(N, 3\) or"),
+    (np.zeros((2, 3, 4), [*FIELDS, ("z", "f4")]), ValueError, r"shape \(2, 3, 4\); a structured"),
     (np.zeros(5, [*FIELDS, ("z", "i4")]), TypeError, "the field z of xyz has dtype int32"),
     (np.zeros(5, [*FIELDS, ("z", "f4", 2)]), ValueError, "field z of xyz has several"),
     (
@@ -272,6 +274,8 @@ BAD_ARGUMENTS = [
     ({"stamp": float("inf")}, ValueError, "stamp is inf"),
     ({"stamp": 1700000000000000000}, ValueError, "of nanoseconds pass"),
     ({"stamp": "noon"}, ValueError, "noon"),
+    ({"stamp": "1"}, ValueError, "stamp is '1'; it must be seconds"),
+    ({"stamp": 10**400}, ValueError, r"stamp is 10+\.\.\.0+; it must be seconds"),
     ({"sensor_pose": np.eye(3)}, ValueError, "sensor_pose must be an array of 4 x 4"),
     ({"sensor_pose": np.full((4, 4), np.nan)}, ValueError, "sensor_pose is not a rotation"),
     ({"sensor_pose": 2 * np.eye(4)}, ValueError, "sensor_pose is not a rotation"),

@@ -22,7 +22,7 @@ EXAMPLE = pathlib.Path(__file__).parents[1] / "examples" / "encode_bags_with_das
 
 def make_bag(path, room, frames):
     """A bag with clouds of two topics."""
-    recording = path.with_suffix(".recording")
+    recording = path.with_name(f"frames_of_{path.name}")
     with pcl_ext.RecordingWriter(recording) as writer:
         for topic in ("/front", "/rear"):
             encoder = pcl_ext.Encoder(0.02, law="none")
@@ -57,6 +57,23 @@ def test_a_summary_that_can_be_pickled(bags, tmp_path):
     assert (summary.frames, summary.bytes) == (10, sum(frames)) == (10, bag.bytes)
     with pytest.raises(AttributeError):
         bag.frames = 3
+
+
+@pytest.mark.parametrize(
+    "fields, word",
+    [
+        ({"ring": None, "time": 1e-6}, "ring,time:1e-06"),
+        ([("ring", 1), "time"], "ring:1,time"),
+        (("ring", "time"), "ring,time"),
+        ("all", "all"),
+    ],
+)
+def test_fields_are_as_those_of_an_encoder(tmp_path, fields, word):
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nprintf '<%s>' \"$@\" >&2\nexit 2\n")
+    program.chmod(0o755)
+    with pytest.raises(pcl_ext.Error, match=f"<--fields={word}>"):
+        pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=program, fields=fields)
 
 
 def test_options_are_those_of_the_program(bags, tmp_path):

@@ -2,9 +2,11 @@
 """What the package has is what its documentation and its stubs say."""
 
 import ast
+import copy
 import doctest
 import inspect
 import pathlib
+import pickle
 import re
 
 import pytest
@@ -120,6 +122,34 @@ def test_it_is_marked_as_typed():
 def test_examples_in_the_documentation():
     for module in (pcl_ext, pcl_ext.codec, pcl_ext.outliers, pcl_ext.recording_writer):
         assert doctest.testmod(module).failed == 0
+
+
+def test_what_has_a_state_is_not_copied(tmp_path):
+    path = tmp_path / "a.pcxi"
+    path.write_bytes(pcl_ext.Encoder().encode([[0.0, 0.0, 0.0]]))
+    for thing in (
+        pcl_ext.Encoder(),
+        pcl_ext.Decoder(),
+        pcl_ext.OutlierRemoval(),
+        pcl_ext.PointOutlierRemoval(),
+        pcl_ext.TemporalVoxelFilter(),
+        pcl_ext.open(path),
+        pcl_ext.RecordingWriter(tmp_path / "b.pcxi"),
+    ):
+        for call in (copy.copy, copy.deepcopy, pickle.dumps):
+            with pytest.raises(TypeError, match=f"this {type(thing).__name__}: make another one"):
+                call(thing)
+
+
+def test_codes_that_a_status_has_are_documented():
+    source = (pathlib.Path(__file__).parents[1] / "src" / "code_names.cpp").read_text()
+    of_codes, of_removals, of_filters, of_recordings = source.split("\ncodeName(")[1:]
+    codes = set(re.findall(r'"(\w+)"', of_codes + of_removals + of_filters)) - {"unknown"}
+    # What is raised, and what the filters of whole clouds have in C++.
+    codes -= {"InvalidSettings", "InvalidInput", "OutputFailed", "LeftOut"}
+    codes -= {"DifferentCloud", "InvalidCloud"}
+    documented = re.findall(r'"(\w+)"', pcl_ext.Status.__doc__)
+    assert sorted(documented) == sorted(codes)
 
 
 def test_version():

@@ -113,6 +113,10 @@ def test_what_is_wrong(server):
     stream = publisher.add_stream("/a")
     with pytest.raises(ValueError, match="exists already"):
         publisher.add_stream("/a")
+    with pytest.raises(TypeError, match="metadata is 5; it must be a dict of str"):
+        publisher.add_stream("/b", metadata=5)
+    # A cloud that max_rate left out.
+    assert publisher.publish(stream, b"", 0) and publisher.statistics["frames_under_way"] == 0
     with pytest.raises(ValueError, match="not exactly one frame"):
         publisher.publish(stream, b"abc", 0)
     with pytest.raises(ValueError, match="no stream of number 7"):
@@ -131,6 +135,8 @@ def test_what_is_wrong(server):
         ("replay_from", -1, ValueError),
         ("streams", [5], TypeError),
         ("streams", b"/a", TypeError),
+        ("streams", 5, TypeError),
+        ("site", "\ud800", ValueError),
         ("timeout", "2", TypeError),
         ("timeout", None, TypeError),
         ("timeout", 0, ValueError),

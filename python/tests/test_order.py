@@ -90,6 +90,16 @@ def test_clouds_that_do_not_tell_it(points, options, message):
         pcl_ext.arrange_by_ring(points, **options)
 
 
+def test_what_is_no_cloud_or_no_shape():
+    for call in (pcl_ext.sort_by_time, pcl_ext.arrange_by_ring, pcl_ext.positions):
+        for cloud in (np.zeros((5, 3)), [[0.0, 0.0, 0.0]]):
+            with pytest.raises(TypeError, match="points of dtype float64 have no fields x, y, z"):
+                call(cloud)
+    for shape in ("a", 5, (16, 90.0), (16, 90, 1)):
+        with pytest.raises(TypeError, match=r"^shape is .*; it must be two whole numbers"):
+            pcl_ext.arrange_by_ring(measured_points(), shape)
+
+
 def test_any_order_is_kept_if_that_is_asked_for():
     random = np.random.default_rng(9)
     sent = measured_points()[random.permutation(500)]

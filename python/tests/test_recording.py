@@ -201,6 +201,24 @@ def test_times_of_streams_without_times(room, tmp_path):
             recording.clouds(**limits)
 
 
+def test_a_stamp_of_0_is_no_time(room, tmp_path):
+    """As without one, also beside the name of a coordinate frame, which frames carry then."""
+    path = tmp_path / "frames.pcxi"
+    for stamps in ([0.0, 0.0], [None, None], [None, 7.0, 0.0]):
+        encoder = pcl_ext.Encoder(0.1, frame_id="cell")
+        path.write_bytes(b"".join(encoder.encode(room, stamp=stamp) for stamp in stamps))
+        recording = pcl_ext.open(path)
+        frames = list(recording)
+        assert [frame.stamp for frame in frames] == [stamp or None for stamp in stamps]
+        assert [frame.frame_id for frame in frames] == ["cell"] * len(stamps)
+        assert recording.streams[0].has_times == (7.0 in stamps)
+        if 7.0 in stamps:
+            assert [frame.time for frame in frames] == [0.0, 7.0, 7.0]
+        else:
+            with pytest.raises(ValueError, match="no times for start and end"):
+                recording.clouds(start=1)
+
+
 def test_clouds_of_streams_that_are_none(two_streams):
     recording = pcl_ext.open(two_streams[0])
     for streams, error in (("/middle", KeyError), (2, IndexError), (["/left", 1.5], TypeError),
@@ -362,12 +380,14 @@ def test_wrong_frames_and_streams(room, tmp_path):
         for name, message in (("/left", "two streams of the name"), ("", "needs a name")):
             with pytest.raises(ValueError, match=message):
                 writer.add_stream(name)
-        for data in (b"", b"no frame", frame[:-1], frame + b"x"):
+        # A cloud that max_rate left out.
+        writer.append(stream, b"", 1.0)
+        for data in (b"no frame", frame[:-1], frame + b"x"):
             with pytest.raises(ValueError, match="the bytes are not one frame"):
                 writer.append(stream, data, 1.0)
         with pytest.raises(ValueError, match="unknown stream"):
             writer.append(7, frame, 1.0)
-        for time in (-0.1, np.nan, 1.7e18):
+        for time in (-0.1, np.nan, 1.7e18, 10**400, "1", np.array("1")):
             with pytest.raises(ValueError, match="time is"):
                 writer.append(stream, frame, time)
         with pytest.raises(TypeError, match="it must be bytes"):
@@ -378,13 +398,18 @@ def test_wrong_frames_and_streams(room, tmp_path):
             writer.append(-1, frame, 1.0)
         with pytest.raises(TypeError, match="5 is not a str"):
             writer.add_stream("/b", metadata={"pose": 5})
+        with pytest.raises(TypeError, match="metadata is 5; it must be a dict of str"):
+            writer.add_stream("/b", metadata=5)
+        with pytest.raises(ValueError, match="name is .* that UTF-8 has"):
+            writer.add_stream("\ud800")
         with pytest.raises(TypeError, match="None is not a str"):
             writer.add_stream("/b", frame_id=None)
         writer.append(stream, bytearray(frame), 1.0)
         writer.flush()
     assert [frame.data for frame in pcl_ext.open(path)] == [frame]
-    with pytest.raises(ValueError, match="the recording is finished"):
-        writer.append(stream, frame, 2.0)
+    for data in (frame, b""):
+        with pytest.raises(ValueError, match="the recording is finished"):
+            writer.append(stream, data, 2.0)
     writer.finish()
     with pcl_ext.RecordingWriter(tmp_path / "one.pcxi") as writer:
         writer.append(writer.add_stream("a"), frame, 0)
@@ -411,10 +436,59 @@ def test_places_that_cannot_be_written(tmp_path):
     with pytest.raises(pcl_ext.Error, match="no_such_folder") as raised:
         pcl_ext.RecordingWriter(tmp_path / "no_such_folder" / "cell.mcap")
     assert raised.value.code == "OutputFailed"
-    with pytest.raises(pcl_ext.Error):
-        pcl_ext.RecordingWriter(tmp_path)
+    (tmp_path / "file").touch()
+    os.mkfifo(tmp_path / "pipe.pcxi")
+    for path, message in (
+        (tmp_path, "the folder .* exists"),
+        (tmp_path / "file", "is a file; a name without an extension is a folder"),
+        (tmp_path / "pipe.pcxi", "is no file or folder"),
+        ("/dev/null", "is no file or folder"),
+    ):
+        with pytest.raises(pcl_ext.Error, match=message):
+            pcl_ext.RecordingWriter(path, overwrite=True)
+    for name in ("x.PCXI", "x.bag", "x.mcap.zstd"):
+        with pytest.raises(ValueError, match=f"{name}' is no kind of output: name x.pcxi"):
+            pcl_ext.RecordingWriter(tmp_path / name)
+    with pytest.raises(ValueError, match="byte of 0"):
+        pcl_ext.RecordingWriter(f"{tmp_path}/nu\0l")
     with pytest.raises(TypeError):
         pcl_ext.RecordingWriter(None)
+    with pytest.raises(TypeError, match="overwrite is 1; it must be True or False"):
+        pcl_ext.RecordingWriter(tmp_path / "x.mcap", overwrite=1)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "pipe.pcxi"]
+
+
+@pytest.mark.parametrize("name", ["cell.mcap", "cell.pcxi", "cell"])
+def test_an_existing_recording_stays_unless_it_may_be_replaced(room, tmp_path, name):
+    path = tmp_path / name
+    frames = frames_of(room, 2)
+
+    def write(frame, **settings):
+        with pcl_ext.RecordingWriter(path, **settings) as writer:
+            writer.append(writer.add_stream("/a"), frame, EPOCH)
+
+    def recorded():
+        return [frame.data for frame in pcl_ext.open(path)]
+
+    write(frames[0])
+    is_folder = path.is_dir()
+    assert is_folder == (name == "cell")
+    message = "exists: name another output, or "
+    with pytest.raises(pcl_ext.Error, match=message + ("remove" if is_folder else "replace")):
+        write(frames[0], overwrite=is_folder)
+    assert recorded() == frames[:1] and list(tmp_path.iterdir()) == [path]
+    if not is_folder:
+        other = frames_of(room * np.float32(0.5), 1)[0]
+        write(other, overwrite=True)
+        assert recorded() == [other]
+        # Nor is one replaced that came while this one was written.
+        path.unlink()
+        writer = pcl_ext.RecordingWriter(path)
+        writer.append(writer.add_stream("/a"), frames[0], EPOCH)
+        write_beside = path.write_bytes(b"of somebody else")
+        with pytest.raises(pcl_ext.Error, match="File exists"):
+            writer.finish()
+        assert path.stat().st_size == write_beside
 
 
 def test_names_that_are_no_text(room, tmp_path):

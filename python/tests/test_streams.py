@@ -187,9 +187,10 @@ def test_stamp_and_frame_id(room):
     encoder = pcl_ext.Encoder(0.1, frame_id="cell")
     decoder = pcl_ext.Decoder()
     assert decoder.stamp is None and decoder.frame_id is None
-    for stamp in (0.0, 12.000001, 1700000000.123456, np.float64(3.25)):
+    # 0 is no time.
+    for stamp in (0.0, 12.000001, None, 1700000000.123456, np.float64(3.25)):
         decoder.decode(encoder.encode(room, stamp=stamp))
-        assert decoder.stamp == stamp
+        assert decoder.stamp == (stamp or None)
         assert decoder.frame_id == "cell"
     # To the nearest microsecond.
     decoder.decode(encoder.encode(room, stamp=1.4999996))
@@ -199,7 +200,19 @@ def test_stamp_and_frame_id(room):
     decoder.decode(plain.encode(room))
     assert decoder.stamp is None and decoder.frame_id is None
     decoder.decode(plain.encode(room, stamp=2))
-    assert decoder.stamp == 2.0 and decoder.frame_id == ""
+    assert decoder.stamp == 2.0 and decoder.frame_id is None
+
+
+def test_clouds_without_a_time_are_counted_only(room):
+    for first, times in ((0.0, [0.5, 1.5]), (10.0, [10.0, 11.0])):
+        encoder = pcl_ext.Encoder(0.1, i_frame_every=1.0)
+        of_i_frames = []
+        for number in range(4):
+            encoder.encode(room, stamp=first + number / 2)
+            if encoder.statistics.is_i_frame:
+                of_i_frames.append(first + number / 2)
+        # The first frame is one in any case; the time that counts is that of the first stamp.
+        assert of_i_frames == [first, times[1]]
 
 
 def test_the_published_layout_has_no_header(room):
@@ -303,7 +316,7 @@ def test_min_intensity(room):
     np.testing.assert_array_equal(kept, complete[complete["intensity"] >= 3])
     assert 0 < len(kept) < len(complete)
     np.testing.assert_array_equal(pcl_ext.Decoder().decode(frame, min_intensity=-np.inf), complete)
-    for wrong in ("low", np.nan):
+    for wrong in (10**400, np.eye(2), "low", np.nan):
         with pytest.raises(ValueError, match="min_intensity is"):
             pcl_ext.Decoder().decode(frame, min_intensity=wrong)
 

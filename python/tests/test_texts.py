@@ -94,6 +94,16 @@ def test_recordings_tell_their_size(room, tmp_path):
     assert "1 stream, 1 frame, " in repr(pcl_ext.open(tmp_path / "x.pcxi"))
 
 
+def test_a_writer_tells_what_it_wrote(room, tmp_path):
+    path = tmp_path / "cell.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+        assert repr(writer) == f"<RecordingWriter {str(path)!r}: 0 streams, 0 frames>"
+        stream = writer.add_stream("/left")
+        writer.append(stream, pcl_ext.Encoder(0.1).encode(room), 1.0)
+        assert repr(writer) == f"<RecordingWriter {str(path)!r}: 1 stream, 1 frame>"
+    assert repr(writer) == f"<RecordingWriter {str(path)!r}: 1 stream, 1 frame, ended>"
+
+
 @pytest.mark.parametrize("settings", [{"frames": 7}, {"sensor_position": (0, 1, 2)}])
 def test_a_text_is_the_call_that_makes_it(settings):
     made = pcl_ext.TemporalVoxelFilter(**settings)

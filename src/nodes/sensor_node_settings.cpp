@@ -117,12 +117,8 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law))
     if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
       return status;
-  if (settings.compression.keep_order && settings.law != IntensityLaw::Native &&
-      settings.law != IntensityLaw::None)
-    return invalid(io::invalidText("law",
-                                   nameOf(settings.law),
-                                   "native or none with {keep_order}, as points in "
-                                   "order have no counts or shares of voxels"));
+  if (const auto fault = io::orderFault(settings.compression, settings.law))
+    return invalid(*fault);
   if (settings.outlier_removal)
     if (const auto fault = outlierRemovalFault(settings))
       return invalid(*fault);

@@ -109,14 +109,18 @@ FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
     stamp_ = stamp_.value_or(0) + static_cast<std::uint64_t>(*frame.stamp_difference);
   if (frame.frame_id)
     frame_id_ = *frame.frame_id;
+  // A stamp of 0 is none, as everywhere: frames with a frame_id alone have it.
+  const bool is_told =
+      frame.is_i_frame || (knows_stamps_ && frame.stamp_difference.has_value());
+  const std::uint64_t stamp = is_told ? stamp_.value_or(0) : 0;
   const bool has_stamp =
-      stamp_ &&
-      *stamp_ <= std::uint64_t{std::numeric_limits<std::int64_t>::max()} / 1000;
-  const Time time =
-      has_stamp ? Time(std::chrono::microseconds(static_cast<std::int64_t>(*stamp_)))
-                : streams_.front().last_time;
+      stamp > 0 &&
+      stamp <= std::uint64_t{std::numeric_limits<std::int64_t>::max()} / 1000;
+  const Time time(has_stamp
+                      ? std::chrono::microseconds(static_cast<std::int64_t>(stamp))
+                      : std::chrono::microseconds(0));
   streams_.front().has_times |= has_stamp;
-  addFrame(0, time, stored_frames_.size());
+  addFrame(0, has_stamp ? time : streams_.front().last_time, stored_frames_.size());
   stored_frames_.push_back({offset, size, time, frame_id_});
 }
 

@@ -7,6 +7,7 @@
 #include "recording/frame_source.h"
 #include "recording/guarded.h"
 #include "recording/mcap_writer.h"
+#include "recording/output_paths.h"
 #include "recording/point_cloud_messages.h"
 #include "stream/frame_chain.h"
 
@@ -23,14 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char frames_extension[] = ".pcxi";
 constexpr std::uint8_t float32_datatype = 7;
-
-bool
-isFileOfFrames(const std::string& path)
-{
-  return path == standard_stream || fs::path(path).extension() == frames_extension;
-}
 
 /** \brief A stream that is being recorded. */
 struct WrittenStream {
@@ -130,14 +124,13 @@ RecordingStatus
 RecordingWriter::Implementation::open(const std::string& path)
 {
   path_ = path;
-  has_file_of_frames_ = isFileOfFrames(path);
-  std::error_code ignored;
-  if (path.empty())
-    status_ = {RecordingCode::OutputFailed, "a recording needs the name of a file"};
-  else if (!has_file_of_frames_)
+  OutputKind kind{};
+  status_ = checkOutput(path, kind);
+  has_file_of_frames_ = status_.ok() && kind == OutputKind::Frames;
+  if (!status_.ok())
+    return status_;
+  if (!has_file_of_frames_)
     status_ = mcap_.open(path, "ros2");
-  else if (fs::is_directory(path, ignored))
-    status_ = {RecordingCode::OutputFailed, "'" + path + "' is a folder"};
   else if (path == standard_stream)
     status_ = file_.open(path);
   else {

@@ -1,7 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/intensity/intensity_law.h>
 #include <pcl_ext/status.h>
 
 #include <cmath>
@@ -38,6 +40,18 @@ boxFault(const char* id, const BoundingBox& box)
                              std::to_string(box.max[axis]),
                          "finite, with min below max on each axis");
   return std::nullopt;
+}
+
+/** \brief Why clouds of a law cannot be kept in order, if that is asked for. */
+inline std::optional<SettingText>
+orderFault(const EncoderSettings& settings, IntensityLaw law)
+{
+  if (!settings.keep_order || law == IntensityLaw::Native || law == IntensityLaw::None)
+    return std::nullopt;
+  return invalidText("law",
+                     nameOf(law),
+                     "native or none with {keep_order}, as points in order have no "
+                     "counts or shares of voxels");
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

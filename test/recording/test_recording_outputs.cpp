@@ -4,6 +4,8 @@
  * Files and folders while they are written, and when that fails.
  */
 
+#include <pcl_ext/recording/recording_writer.h>
+
 #include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "recording/point_cloud_messages.h"
@@ -12,6 +14,9 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <iterator>
+#include <string>
+#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace test {
@@ -44,6 +49,26 @@ TEST(RecordingOutputs, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
   ASSERT_TRUE(reader.open(path + ".unfinished").ok());
   EXPECT_TRUE(reader.isUnfinished());
   EXPECT_EQ(reader.index().size(), 1u);
+}
+
+TEST(RecordingOutputs, NamesOfNoKindAreRefusedBeforeAnythingIsWritten)
+{
+  const TestFolder folder;
+  writeBytes(folder / "file", {1});
+  const std::pair<std::string, RecordingCode> rows[] = {
+      {"", RecordingCode::OutputFailed}, // the folder
+      {"x.PCXI", RecordingCode::InvalidArgument},
+      {"x.bag", RecordingCode::InvalidArgument},
+      {std::string("x\0y", 3), RecordingCode::InvalidArgument},
+      {"file", RecordingCode::OutputFailed}};
+  for (const auto& [name, code] : rows) {
+    RecordingWriter writer;
+    EXPECT_EQ(writer.open(folder / name).code(), code) << name;
+  }
+  RecordingWriter writer;
+  EXPECT_EQ(writer.open("").code(), RecordingCode::InvalidArgument);
+  const std::filesystem::directory_iterator all(folder / "");
+  EXPECT_EQ(std::distance(begin(all), end(all)), 1);
 }
 
 TEST(RecordingOutputs, WhatARecorderLeftIsKeptBesideTheNextRecording)

@@ -322,8 +322,8 @@ isConsistent(const VoxelFrame& frame);
 
 /** \brief The fields of a cloud's header that a frame may contain. */
 struct FrameStamp {
-  std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL
-  std::string frame_id;    ///< name of the coordinate frame, 1024 bytes at most
+  std::uint64_t stamp = 0; ///< time of the frame, microseconds in PCL; 0: none
+  std::string frame_id;    ///< of the coordinates, 1024 bytes at most; empty: none
 };
 
 /** \brief Calls a function for each voxel of a frame, in the order of the keys.

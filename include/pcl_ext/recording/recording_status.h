@@ -22,7 +22,8 @@ enum class RecordingCode {
   InputFailed,     ///< the file is missing, cannot be opened or cannot be read
   NotARecording,   ///< the file is of another kind; the message names it if it is known
   Damaged,         ///< bytes are missing or contradict themselves; others can be read
-  InvalidArgument, ///< an unknown stream, a name that is taken, a frame that is none
+  InvalidArgument, ///< an unknown stream, a name that is taken or of no kind of output,
+                   ///< a frame that is none
   OutputFailed,    ///< the output cannot be opened, or takes no more bytes
   OutOfMemory
 };

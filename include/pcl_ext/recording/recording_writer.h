@@ -25,11 +25,11 @@ struct StreamToRecord {
 /** \brief Records the encoded frames of one or several streams.
  *
  * A path that ends in .pcxi is a file of one stream: its frames one after the other, as
- * OctreePointCloudIntensityCompression writes them to a stream. Any other is MCAP: a
- * channel for each stream with messages of the type
- * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. The
- * path
- * - is the standard output, and .pcxi there.
+ * OctreePointCloudIntensityCompression writes them to a stream. One that ends in .mcap
+ * is MCAP: a channel for each stream with messages of the type
+ * point_cloud_interfaces/msg/CompressedPointCloud2, whose chunks begin at I-frames. One
+ * without an extension is a folder of rosbag2 with such a file. The path - is the
+ * standard output, and .pcxi there.
  *
  * \code
  * pcl_ext::recording::RecordingWriter writer;
@@ -56,6 +56,8 @@ public:
 
   /** \brief Begins a recording, beside its final name until finish().
    * \param[in] path see above
+   * \return InvalidArgument for other extensions; OutputFailed also for a device, a pipe
+   * and a folder that exists
    */
   RecordingStatus
   open(const std::string& path);

@@ -12,51 +12,42 @@ namespace tools {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+void
+throwAsUsage(const recording::RecordingStatus& status, const char* end = "")
+{
+  if (!status.ok())
+    throw UsageError(status.message() + end);
+}
+
+} // namespace
+
 OutputKind
 kindOfOutput(const std::string& path)
 {
   if (path.empty())
     throw UsageError("--output is empty");
-  const std::string extension = fs::path(path).extension().string();
-  if (path == "-" || extension == ".pcxi")
-    return OutputKind::Frames;
-  if (extension == ".mcap")
-    return OutputKind::Mcap;
-  if (extension.empty())
-    return OutputKind::Folder;
-  throw UsageError("'" + path +
-                   "' is no kind of output: name x.pcxi (one stream), x.mcap, or a "
-                   "folder");
+  OutputKind kind{};
+  throwAsUsage(recording::kindOfOutput(path, kind));
+  return kind;
 }
 
 void
 refuseDevice(const std::string& path)
 {
-  std::error_code ignored;
-  if (path.rfind("/dev/std", 0) == 0 ||
-      (fs::exists(path, ignored) && fs::is_other(path, ignored)))
-    throw UsageError("'" + path +
-                     "' is no file or folder: name one, or - for the standard output, "
-                     "where the command has it");
+  throwAsUsage(recording::refuseDevice(path), ", where the command has it");
 }
 
 void
 checkOutput(const std::string& path)
 {
   refuseDevice(path);
-  const OutputKind kind = kindOfOutput(path);
+  OutputKind kind = kindOfOutput(path);
   if (path == "-" && isTerminal(StandardStream::Output))
     throw UsageError("the standard output is a terminal, and frames are no text: "
                      "redirect it, as in -o - > x.pcxi");
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored))
-    throw UsageError("the folder '" + path +
-                     "' exists: name another output, or remove it");
-  if (kind == OutputKind::Folder && fs::exists(path, ignored))
-    throw UsageError(
-        "'" + path +
-        "' is a file; a name without an extension is a folder: name x.pcxi, "
-        "x.mcap, or another folder");
+  throwAsUsage(recording::checkOutput(path, kind));
 }
 
 void
@@ -77,11 +68,8 @@ refuseTakenFile(const std::vector<std::string>& inputs,
       throw UsageError("the output '" + output + "' would be a part of the input '" +
                        input + "': name one outside of that folder");
   }
-  std::error_code ignored;
-  if (!may_replace && fs::exists(fs::symlink_status(output, ignored)) &&
-      !fs::is_directory(output, ignored))
-    throw UsageError("'" + output +
-                     "' exists: name another output, or replace it with --overwrite");
+  if (!may_replace)
+    throwAsUsage(recording::refuseTakenFile(output, "--overwrite"));
 }
 
 } // namespace tools

@@ -3,18 +3,15 @@
 
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/output_paths.h"
+
 #include <string>
 #include <vector>
 
 namespace pcl_ext {
 namespace tools {
 
-/** \brief What the name of an output asks for. */
-enum class OutputKind {
-  Frames, ///< .pcxi, or - for the standard output: one stream
-  Mcap,   ///< .mcap
-  Folder  ///< no extension, or a slash at the end
-};
+using recording::OutputKind;
 
 /** \brief An output that the user named. */
 struct Output {

@@ -144,6 +144,7 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
   const count = result.u32(116);
   const grid = result.grid(0);
   const hasStamp = result.u32(88) !== 0;
+  const stamp = hasStamp ? result.u64(80) : 0n;
   return {
     count,
     positions: result.floats(140, 3 * count) ?? new Float32Array(),
@@ -154,8 +155,8 @@ function voxelsOf(result: Result, options: DecodeOptions): Voxels {
     resolution: grid.resolution,
     grid,
     intensityRange: result.intensityRange(48),
-    stamp: hasStamp ? result.u64(80) : null,
-    frameId: hasStamp ? result.text(92) : null,
+    stamp: stamp !== 0n ? stamp : null,
+    frameId: (hasStamp && result.text(92)) || null,
     isIFrame: result.u32(124) !== 0,
     frameNumber: result.u32(120),
     bytes: result.u32(128),

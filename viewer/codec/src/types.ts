@@ -167,9 +167,9 @@ export interface Voxels {
   readonly grid: Grid;
   /** null without intensities. */
   readonly intensityRange: IntensityRange | null;
-  /** Time of the frame, microseconds; null: the frame has none. */
+  /** Time of the frame, microseconds; null: the frame has none, or 0. */
   readonly stamp: bigint | null;
-  /** Name of the coordinate frame; null: the frame has none. */
+  /** Name of the coordinate frame; null: the frame has none, or an empty one. */
   readonly frameId: string | null;
   /** Decodes without other frames. */
   readonly isIFrame: boolean;

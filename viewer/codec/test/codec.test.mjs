@@ -28,6 +28,14 @@ test("bytes that are no frame give a status, and the stream goes on", async () =
   assert.equal(decoder.decode(second).status.code, "Ok");
 });
 
+test("a stamp of 0, which a frame has beside its frame_id, is none", async () => {
+  const decoder = (await loadCodec()).createDecoder();
+  const frame = Buffer.from("UENYSQHOZOohzQEAAACAAZqZmZmZmbk/AAAAAAAAAAAAAAAAAZqZmZmZmam/mpmZmZmZqb+amZmZmZmpvwAAAAAAAAAABGNlbGwBBgCBAAAAEA==", "base64");
+  const { status, voxels } = decoder.decode(frame);
+  assert.equal(status.code, "Ok");
+  assert.deepEqual([voxels.stamp, voxels.frameId], [null, "cell"]);
+});
+
 test("decoders of a codec share no state", async () => {
   const codec = await loadCodec();
   const names = ["fast_noise", "balanced_colours", "balanced_moving_sensor", "fast_counts"];

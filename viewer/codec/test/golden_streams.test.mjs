@@ -77,7 +77,7 @@ function linesOf(codec, bytes, hasPoints) {
     const { description } = codec.describeFrame(frame);
     assert.equal(description.bytes, voxels.bytes);
     if (voxels.isIFrame) colourBits = description.colourBits;
-    const stamp = voxels.stamp === null ? "-" : `${voxels.stamp} '${voxels.frameId}'`;
+    const stamp = voxels.stamp === null ? "-" : `${voxels.stamp} '${voxels.frameId ?? ""}'`;
     const kind = voxels.isIFrame ? "I" : "P";
     const content = hasPoints
       ? description.points

@@ -39,7 +39,7 @@ export class FrameFileScan {
   async firstTime(): Promise<bigint | null> {
     const head = await this.blocks.bytesAt(0, Math.min(headBytes, this.source.size));
     const { status, description } = this.codec.describeFrame(head, limitsOfIndexing);
-    return status.ok && description?.stamp != null ? description.stamp * 1000n : null;
+    return status.ok && description?.stamp ? description.stamp * 1000n : null;
   }
 
   /** False if the file ends within a frame. Throws if there is no frame. */
@@ -124,7 +124,7 @@ export class FrameFileScan {
     });
   }
 
-  /** Stamps are differences, and unknown between a lost frame and the next I-frame. */
+  /** Stamps are differences, and unknown between a lost frame and the next I-frame; 0 is none. */
   private timeOf(frame: FrameDescription): bigint | null {
     this.knowsStamps = frame.kind === "I" || (this.knowsStamps && frame.frameNumber === this.lastNumber + 1);
     this.lastNumber = frame.frameNumber;
@@ -132,6 +132,6 @@ export class FrameFileScan {
     else if (!this.knowsStamps) this.stamp = null;
     else if (frame.stampDifference !== null)
       this.stamp = BigInt.asUintN(64, (this.stamp ?? 0n) + frame.stampDifference);
-    return this.stamp === null ? null : this.stamp * 1000n;
+    return this.stamp ? this.stamp * 1000n : null;
   }
 }
