@@ -199,7 +199,7 @@ TEST(SensorNodeSettings, InvalidOnesAreReported)
 {
   expectCode(SensorNode(SensorNodeSettings()).settingsStatus(), SensorNodeCode::Ok);
   const std::string too_wide =
-      "bounding_box is 2000000 m wide; it must be no wider than 2^21 - 1 "
+      "bounding_box is 2e+06 m wide; it must be no wider than 2^21 - 1 "
       "voxels, as with a resolution of 0.96";
   expectInvalid(
       IntensityLaw::Count,

@@ -178,8 +178,10 @@ TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)
   const auto number = [&](const char* name) { return json[name].get<std::size_t>(); };
   EXPECT_EQ(json["frames"].get<std::size_t>() + number("clouds_left_out"), 40u);
   EXPECT_GT(number("voxels_hidden") + number("voxels_held"), 0u);
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.size(), 1u);
   std::size_t voxels = 0;
-  for (const io::VoxelFrame& frame : decode(folder / "x.mcap")[0].voxels)
+  for (const io::VoxelFrame& frame : streams[0].voxels)
     voxels += frame.size();
   EXPECT_EQ(number("voxels"), voxels);
   const ProgramRun text = run(encode + "0.02 --max-rate 100kbit/s");

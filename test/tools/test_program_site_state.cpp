@@ -339,7 +339,7 @@ TEST_F(ProgramSiteState, AMapThatCannotBeWrittenTellsTheReason)
   expectRun("send -q room --rate 50 -r 0.02" + at(server));
   EXPECT_EQ(receiving.end(SIGINT), 1);
   EXPECT_TRUE(hasPart(receiving.errors(),
-                      "The map could not be written to map.ot: File too large"))
+                      "The map could not be written to map.ot.unfinished: File too large"))
       << receiving.errors();
 }
 
