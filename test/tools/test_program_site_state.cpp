@@ -338,8 +338,9 @@ TEST_F(ProgramSiteState, AMapThatCannotBeWrittenTellsTheReason)
   receiving.waitForError("receiving from site");
   expectRun("send -q room --rate 50 -r 0.02" + at(server));
   EXPECT_EQ(receiving.end(SIGINT), 1);
-  EXPECT_TRUE(hasPart(receiving.errors(),
-                      "The map could not be written to map.ot.unfinished: File too large"))
+  EXPECT_TRUE(
+      hasPart(receiving.errors(),
+              "The map could not be written to map.ot.unfinished: File too large"))
       << receiving.errors();
 }
 
