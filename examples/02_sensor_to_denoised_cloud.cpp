@@ -53,7 +53,7 @@ main()
   pcl_ext::io::IntensityCompressionSettings settings;
   settings.resolution = resolution;
   settings.aggregation = pcl_ext::io::Aggregation::Sum;
-  settings.intensity_range = 255.0f;
+  settings.intensity_range = 255.0f; // oblique walls have more, which is said once
   settings.intensity_bits = 8;
   const double cut_off_depth = KinectIntensity(resolution).cutOffDepth();
   settings.depth_law = pcl_ext::io::DepthLaw{2, cut_off_depth, 255.0}; // fewer bytes

@@ -37,6 +37,7 @@ class CloudStatistics(NamedTuple):
     intensities_out_of_range: int = 0  #: voxels clamped to an end of the scale
     intensities_vanished: int = 0  #: voxels above 0 that became 0
     colours_left_out: int = 0  #: points whose colour has no field
+    alphas_left_out: int = 0  #: points of a scan whose colour is not opaque
     voxels_hidden: int = 0  #: occupied ones that the temporal filter left out
     voxels_held: int = 0  #: ones that it added, which are not occupied now
     is_sensor_moving: bool = False  #: so that the temporal filter leaves the frame as it is

@@ -58,6 +58,7 @@ cloudAsDict(const io::FrameStatistics& frame)
                   "intensities_out_of_range"_a = cloud.intensities_out_of_range,
                   "intensities_vanished"_a = cloud.intensities_vanished,
                   "colours_left_out"_a = cloud.colours_left_out,
+                  "alphas_left_out"_a = cloud.alphas_left_out,
                   "voxels_hidden"_a = frame.voxels_hidden,
                   "voxels_held"_a = frame.voxels_held,
                   "is_sensor_moving"_a =

@@ -238,10 +238,15 @@ CloudStreams::decode(std::istream& input)
   if (CompressionStatus status = checkInput(input); !status.ok())
     return status;
   CompressionStatus status = members_->decoder.decode(*input.rdbuf(), members_->frame);
+  std::ios_base::iostate state = std::ios_base::goodbit;
   if (status.code() == CompressionCode::EndOfStream ||
-      status.code() == CompressionCode::NoFrame) {
+      status.code() == CompressionCode::NoFrame)
+    state = std::ios_base::eofbit | std::ios_base::failbit;
+  else if (status.code() == CompressionCode::InputFailed)
+    state = std::ios_base::badbit;
+  if (state != std::ios_base::goodbit) {
     try {
-      input.setstate(std::ios_base::eofbit | std::ios_base::failbit);
+      input.setstate(state);
     }
     catch (const std::exception&) {
       // An input that is set to throw; the bits are set nevertheless.
@@ -298,13 +303,20 @@ CloudStreams::showStatistics(const char* title) const
   }
   const char* const unit = coding.has_points ? "point" : "voxel";
   PCL_INFO("Number of %ss: %zu\n", unit, coding.voxels);
-  PCL_INFO("Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
-           "%zu, attributes %zu)\n",
-           coding.bytes,
-           coding.header_bytes,
-           coding.occupancy_bytes,
-           coding.intensity_bytes,
-           coding.attribute_bytes);
+  if (coding.has_points)
+    PCL_INFO("Size of compressed frame: %zu bytes (header %zu, points %zu)\n",
+             coding.bytes,
+             coding.header_bytes,
+             coding.bytes - coding.header_bytes);
+  else
+    PCL_INFO(
+        "Size of compressed frame: %zu bytes (header %zu, occupancy %zu, intensity "
+        "%zu, attributes %zu)\n",
+        coding.bytes,
+        coding.header_bytes,
+        coding.occupancy_bytes,
+        coding.intensity_bytes,
+        coding.attribute_bytes);
   PCL_INFO("Bytes per %s: %.3f\n\n", unit, members_->statistics.bytesPerVoxel());
 }
 

@@ -80,13 +80,21 @@ isMeant(const pcl::PCLPointCloud2& cloud,
 
 /** \brief True for a colour with an alpha that is lost: frames have red, green and blue,
  * and decoded points are opaque. The bits of the field `rgb` that would be alpha mean
- * nothing. */
+ * nothing. Of all fields of points the frame's own status tells it, as its voxels keep
+ * the field and a scan does not. */
 bool
 losesAlpha(const pcl::PCLPointCloud2& cloud,
            const pcl::PCLPointField& field,
-           const PointLayout& layout)
+           const PointLayout& layout,
+           const io::EncoderSettings& settings)
 {
-  if (field.name != "rgba" || !layout.has_colour || field.offset != layout.colour)
+  const bool is_told =
+      settings.keepsPoints() &&
+      std::any_of(settings.fields.begin(), settings.fields.end(), [](const auto& kept) {
+        return kept.name == io::all_fields;
+      });
+  if (is_told || field.name != "rgba" || !layout.has_colour ||
+      field.offset != layout.colour)
     return false;
   const std::size_t row_step = rowStep(cloud);
   for (std::size_t row = 0; row < cloud.height; ++row)
@@ -116,7 +124,8 @@ namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
   bool has_nameless = false;
   for (const pcl::PCLPointField& field : cloud.fields) {
     const bool is_kept = isKept(field, offered, settings);
-    const bool loses_alpha = !is_kept && losesAlpha(cloud, field, layout);
+    const bool loses_alpha =
+        !is_kept && losesAlpha(cloud, field, layout, settings.compression);
     if (is_kept || (isMeant(cloud, field, layout, settings) && !loses_alpha) ||
         (field.name.empty() && has_nameless) || ++count > most_named)
       continue;
@@ -139,6 +148,17 @@ describeRowStep(const pcl::PCLPointCloud2& cloud)
              ? std::string()
              : "row_step does not fit the rows, which follow each other without gaps, "
                "and is not used";
+}
+
+/** \brief That there are more bytes than points, a whole point or more. */
+std::string
+describeSurplus(const pcl::PCLPointCloud2& cloud)
+{
+  // The layout was checked, so that the product is at most the size of the data.
+  return cloud.height == 0 ||
+                 cloud.data.size() < rowStep(cloud) * cloud.height + cloud.point_step
+             ? std::string()
+             : "the bytes behind the last row are not used";
 }
 
 /** \brief That the layout of the message is not carried, though it should be. */
@@ -189,6 +209,7 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
   for (const std::string& other : {describeCoordinates(layout.types),
                                    order,
                                    describeRowStep(cloud),
+                                   describeSurplus(cloud),
                                    describeLayout(cloud, settings)})
     if (!other.empty())
       text += (text.empty() ? "" : "; ") + other;

@@ -427,7 +427,8 @@ CloudStages::describeFrame()
                                               settings_,
                                               unit_,
                                               is_scan_ ? VoxelFit() : voxelizer_->fit(),
-                                              counts));
+                                              counts,
+                                              contents_->fields().leftOut()));
       },
       [] { return CompressionStatus(); });
 }

@@ -113,6 +113,11 @@ warnOfPoints(const VoxelizationStatistics& cloud,
        "points have a colour, for which the published layout has no field; set "
        "{colour_bits} to 0 if none is wanted",
        text);
+  warn(cloud.alphas_left_out,
+       cloud.points,
+       "points have a colour with an alpha, which a scan does not keep; set "
+       "{colour_bits} to 0 to keep the field as it is",
+       text);
 }
 
 /** \brief A number of a frame and the limit of its decoders. */
@@ -244,7 +249,8 @@ frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
              const VoxelFit& fit,
-             const LimitedCounts& counts)
+             const LimitedCounts& counts,
+             const std::string& fields_left_out)
 {
   std::string text;
   if (fit.is_coarsened)
@@ -255,6 +261,9 @@ frameWarning(const FrameStatistics& statistics,
   warnOfIntensities(
       statistics.voxelization, statistics.coding.has_points, settings, unit, text);
   warnOfLimits(limitedNumbers(statistics, settings, counts), text);
+  if (!fields_left_out.empty())
+    text += (text.empty() ? "" : "; ") + std::string("fields that cannot be kept: ") +
+            SettingText::of(fields_left_out).marked;
   return {text};
 }
 

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -38,12 +39,14 @@ exceedsLimits(const FrameStatistics& statistics,
  * \param[in] unit unit of the point intensities
  * \param[in] fit of its voxels
  * \param[in] counts of the frame
+ * \param[in] fields_left_out see FieldCollector::leftOut()
  */
 SettingText
 frameWarning(const FrameStatistics& statistics,
              const EncoderSettings& settings,
              IntensityUnit unit,
              const VoxelFit& fit,
-             const LimitedCounts& counts = LimitedCounts());
+             const LimitedCounts& counts = LimitedCounts(),
+             const std::string& fields_left_out = std::string());
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

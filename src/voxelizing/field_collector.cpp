@@ -54,12 +54,29 @@ faultOf(const FieldDescription& field)
   else if (isInteger(field.type) && std::floor(field.step) != field.step)
     fault << "its values are integers and its step is " << field.step
           << "; it must be a whole number, or 0 for exact values";
+  else if (field.type < FieldType::Int8 || field.type > FieldType::Float64)
+    fault << "its datatype is none of int8 to uint32, float32 and float64";
   else if (!isField(field))
-    fault << "its type or its step is unknown";
+    fault << "its step is " << field.step << "; it must be finite, and 0 or above";
   return fault.str();
 }
 
 } // namespace
+
+/** \brief Names of fields that all_fields stands for and that cannot be kept. */
+std::string
+FieldCollector::namesOfLeftOut(const std::vector<FieldDescription>& offered) const
+{
+  constexpr std::size_t most_named = 16;
+  std::vector<FieldDescription> left_out;
+  for (const FieldDescription& field : offered)
+    if (!isField(field))
+      left_out.push_back(field);
+  const bool are_many = left_out.size() > most_named;
+  left_out.resize(std::min(left_out.size(), most_named));
+  return left_out.empty() ? std::string()
+                          : listOf(left_out) + (are_many ? ", ..." : "");
+}
 
 bool
 FieldCollector::meansAll() const
@@ -99,10 +116,16 @@ FieldCollector::select(const std::vector<FieldDescription>& offered, bool of_vox
                   "' to keep; it has: " + listOf(offered)};
     add(static_cast<std::size_t>(found - offered.begin()), setting.step);
   }
+  left_out_ = are_all ? namesOfLeftOut(offered) : std::string();
   for (std::size_t index = 0; are_all && index < offered.size(); ++index)
     if (isOneOfAllFields(offered[index],
                          codes_colours_ && !(of_voxels && keeps_points_)))
       add(index, 0.0);
+  loses_alpha_ =
+      are_all && hasField(offered, "rgba") &&
+      std::none_of(selected_.begin(), selected_.end(), [](const Selected& field) {
+        return field.description.name == "rgba";
+      });
   std::size_t values = 0;
   for (const Selected& field : selected_) {
     if (const std::string fault = faultOf(field.description); !fault.empty())

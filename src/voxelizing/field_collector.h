@@ -12,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -68,6 +69,22 @@ public:
   bool
   meansAll() const;
 
+  /** \brief Fields of the cloud that all_fields stands for and that cannot be kept, with
+   * commas between them; empty if there are none. */
+  const std::string&
+  leftOut() const
+  {
+    return left_out_;
+  }
+
+  /** \brief Whether all_fields stands for colours with an alpha, which a scan does not
+   * have. */
+  bool
+  losesAlpha() const
+  {
+    return loses_alpha_;
+  }
+
   const std::vector<Selected>&
   selected() const
   {
@@ -97,6 +114,9 @@ private:
     return entry.key;
   }
 
+  std::string
+  namesOfLeftOut(const std::vector<FieldDescription>& offered) const;
+
   void
   readBatch(const PointView& points, const VoxelLocator& locator, bool of_voxels);
 
@@ -113,6 +133,8 @@ private:
   bool codes_colours_;
   bool keeps_points_;
   std::vector<Selected> selected_;
+  std::string left_out_;
+  bool loses_alpha_ = false;
   // Of the current frame; members so that their memory is reused.
   LocatedPoints located_;
   std::vector<Entry> entries_;

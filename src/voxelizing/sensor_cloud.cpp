@@ -178,6 +178,8 @@ SensorCloudReader::readAttributes(const PointView& points, SensorCloud& cloud) c
                       i * points.colour_stride,
                   sizeof(colour));
       cloud.colours.push_back(colour);
+      cloud.statistics.alphas_left_out +=
+          contents_.fields->losesAlpha() && colour >> 24 != 0xff ? 1 : 0;
     }
   contents_.fields->readPoints(points, batch_, cloud.numbers);
 }

@@ -14,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <functional>
 #include <ios>
 #include <istream>
@@ -192,6 +193,17 @@ TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)
   EXPECT_TRUE(stream.eof());
   EXPECT_TRUE(stream.fail());
   EXPECT_FALSE(stream.bad());
+}
+
+TEST(CompressionSource, ThatCannotBeReadIsBadAsForAnyRead)
+{
+  std::ifstream folder("."); // opens, as a file does
+  Compression compression(settingsWith(usual_resolution));
+  Cloud::Ptr decoded;
+  expectCode(compression.decodePointCloud(folder, decoded),
+             CompressionCode::InputFailed);
+  EXPECT_TRUE(folder.bad());
+  EXPECT_TRUE(decoded->empty());
 }
 
 TEST(CompressionSource, AStreamSetToThrowDoesNot)

@@ -174,8 +174,11 @@ TEST(ClassFields, OfOtherTypesThanFramesHaveAreRefusedByNameAndNotAmongAll)
   std::stringstream stream;
   EXPECT_TRUE(pcl_ext::test::hasPart(
       Compressor(settings).encodePointCloud(cloud, stream).message(),
-      "field 'clock' cannot be kept: its type"));
+      "field 'clock' cannot be kept: its datatype is none of int8 to uint32, float32 "
+      "and float64"));
   settings.fields = {{all_fields}};
+  EXPECT_EQ(Compressor(settings).encodePointCloud(cloud, stream).message(),
+            "fields that cannot be kept: 'clock'");
   const auto received = roundTrip(Compressor(settings), Compressor(), cloud);
   EXPECT_EQ(received->front().ring, 7);
 }
@@ -227,6 +230,49 @@ TEST(ClassFields, OfColoursAreExactWhereAllAreMeant)
       SCOPED_TRACE(std::to_string(colour_bits) + " bits, " + std::to_string(spacing));
       expectColoursOfPoints(colour_bits, spacing);
     }
+}
+
+/** \brief Sends points of which two are not opaque, all fields; see `expected` for what is
+ * said of a scan. */
+void
+expectAlpha(bool is_scan, unsigned int colour_bits, const std::string& expected)
+{
+  SCOPED_TRACE(std::to_string(is_scan) + ' ' + std::to_string(colour_bits));
+  pcl::PointCloud<pcl::PointXYZRGBA>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBA>);
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    pcl::PointXYZRGBA& point = cloud->emplace_back();
+    point.x = 0.1f * static_cast<float>(i);
+    point.rgba = (i < 2 ? 0x80000000u : 0xff000000u) + 76543 * i;
+  }
+  IntensityCompressionSettings settings;
+  settings.keep_order = is_scan;
+  settings.keep_points = true;
+  settings.aggregation = Aggregation::Mean;
+  settings.colour_bits = colour_bits;
+  settings.fields = {{all_fields}};
+  using Compressor = OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
+  Compressor encoder(settings);
+  std::vector<std::uint8_t> bytes;
+  EXPECT_EQ(encoder.encodePointCloud(cloud, bytes).message(), expected);
+  pcl::PointCloud<pcl::PointXYZRGBA>::Ptr received;
+  ASSERT_TRUE(Compressor().decodePointCloud(bytes.data(), bytes.size(), received).ok());
+  ASSERT_EQ(received->size(), cloud->size());
+  std::multiset<std::uint32_t> sent;
+  std::multiset<std::uint32_t> kept;
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    sent.insert((*cloud)[i].rgba | (expected.empty() ? 0 : 0xff000000u));
+    kept.insert((*received)[i].rgba);
+  }
+  EXPECT_EQ(kept, sent);
+}
+
+TEST(ClassFields, OfColoursWithAnAlphaAreToldWhereAScanLosesIt)
+{
+  expectAlpha(true,
+              8,
+              "2 of 20 points have a colour with an alpha, which a scan does not keep; "
+              "set colour_bits to 0 to keep the field as it is");
+  expectAlpha(true, 0, "");
 }
 
 TEST(ClassFields, OfColoursGoToTypesThatNameThemOtherwise)

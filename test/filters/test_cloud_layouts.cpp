@@ -345,6 +345,8 @@ TEST(InvalidCloudLayout, BytesThatAreNotThereAreNoticed)
       {bytes(4, 3, 191), {"191"}},
       {bytes(1, 1, 15), {"15"}},
       {bytes(1, 1, 0), {"0 bytes"}},
+      {[](auto& message) { message.height = 0; }, {"bytes of points", "height of 0"}},
+      {[](auto& message) { message.width = 0; }, {"bytes of points", "width of 0"}},
       {[](auto& message) { message.point_step = 0; }, {"point"}},
       {[](auto& message) { message.is_bigendian = 1; }, {"byte order"}},
       {sizes(most, most, 16, 64), {}},

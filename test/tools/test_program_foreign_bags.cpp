@@ -227,6 +227,8 @@ TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
          cloud.row_step = 0;
          cloud.bytes.push_back(0);
        }},
+      {"the bytes behind the last row are not used",
+       [](PointCloudMessage& cloud) { cloud.bytes.resize(cloud.bytes.size() + 16); }},
       {"the order of the points takes none of the ", [](PointCloudMessage&) {}}};
   for (const auto& [remark, change] : changes) {
     writeWalls(folder / "bag.mcap", change);

@@ -25,6 +25,7 @@ struct VoxelizationStatistics {
   std::size_t intensities_out_of_range = 0; ///< voxels clamped to an end of the scale
   std::size_t intensities_vanished = 0;     ///< voxels that became as 0 is, but are not
   std::size_t colours_left_out = 0;         ///< points whose colour has no field
+  std::size_t alphas_left_out = 0; ///< points of a scan whose colour is not opaque
   /** \brief Occupied, before any filter; of a scan, whose intensities are those of
    * points, its points. */
   std::size_t voxels = 0;

@@ -96,9 +96,11 @@ struct ReceivedFrame {
 
   /** \brief True to request an I-frame from the sender of the stream, by CloudSender,
    * which is thread-safe as the listener has to be, or from the thread of the
-   * SensorNode. Set for the first frame that fails and for every third after it until
-   * one is decoded; also for every third of consecutive late frames, as all frames of a
-   * restarted sender may look late. */
+   * SensorNode. Set for the first frame that fails as bytes, a frame before it or memory
+   * are missing, and for every third such frame after it until one is decoded; also for
+   * every third of consecutive late frames, as all frames of a restarted sender may look
+   * late. Not for bytes without a frame and for frames that this node refuses in any
+   * case. */
   bool wants_i_frame;
 };
 

@@ -184,7 +184,8 @@ public:
    * metres; none: unknown
    * \param[out] bytes the frame; empty unless hasFrame() of the status
    * \return see SensorNodeCode; a frame may come with a warning, see
-   * CloudEncoder::encode, or with what the rate control changed
+   * CloudEncoder::encode, or with what the rate control changed. What the settings leave
+   * out of each cloud, as fields of other datatypes, is told by describeLeftOut().
    */
   SensorNodeStatus
   encode(const pcl::PCLPointCloud2& cloud,

@@ -91,7 +91,8 @@ public:
   std::uint64_t
   bytes() const;
 
-  /** \brief Completes the recording and gives it its name.
+  /** \brief Completes the recording and gives it its name. Without success it ends, too,
+   * and what was written stays, with ".unfinished" added to its name.
    * \param[in] existing what becomes of a file of that name
    */
   RecordingStatus

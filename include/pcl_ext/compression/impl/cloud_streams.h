@@ -112,8 +112,8 @@ public:
   std::vector<std::uint8_t>&
   bytes();
 
-  /** \brief Decodes the next frame. Sets the input's end and fail bits at its end, as a
-   * read does.
+  /** \brief Decodes the next frame. Sets the input's end and fail bits at its end, and
+   * its bad bit where it cannot be read, as a read does.
    * \param[in,out] input may be set to throw
    */
   CompressionStatus
