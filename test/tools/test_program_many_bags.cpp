@@ -187,6 +187,11 @@ TEST_F(ProgramManyBags, WhatHasChangedIsEncodedAgain)
   expectRun("encode bags/c.mcap -r 0.06 -q -o made");
   expectRun("encode bags -r 0.06 -q -o other");
   EXPECT_TRUE(recordingsIn(folder / "made") == recordingsIn(folder / "other"));
+  // The recording of a bag that is away keeps its options, and stops nothing.
+  fs::remove(folder / "bags/b.mcap");
+  expectRun("encode bags -r 0.07 -q -o made --overwrite");
+  EXPECT_EQ(run("encode bags -r 0.07 -o made").errors,
+            "pcl_ext encode: 2 bags done before and unchanged\n");
 }
 
 TEST_F(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)

@@ -126,11 +126,6 @@ Manifest::read()
                                text.substr(0, 40) + "': name another folder");
     lines_[textIn(line, "output")] = line;
   }
-  for (const auto& [output, line] : lines_)
-    if (!forgets_others_ && textIn(line, "options") != options_)
-      throw UsageError("'" + (fs::path(path_).parent_path() / output).string() +
-                       "' was encoded with other options, '" + textIn(line, "options") +
-                       "': name another folder, or encode all again with --overwrite");
   if (!recording::truncateFile(file_, end))
     throwError("cannot write", path_);
 }
@@ -162,12 +157,17 @@ Manifest::isDone(const BagToEncode& bag) const
                      textIn(line, "input") +
                      "': name another folder, or replace it with --overwrite");
   }
+  const bool has_options = textIn(line, "options") == options_;
+  if (!has_options && !forgets_others_)
+    throw UsageError("'" + bag.output + "' was encoded with other options, '" +
+                     textIn(line, "options") +
+                     "': name another folder, or encode all again with --overwrite");
   std::error_code error;
   const std::uintmax_t size = fs::file_size(bag.output, error);
   const InputState recorded = {numberIn<std::uintmax_t>(line, "input_bytes"),
                                numberIn<std::int64_t>(line, "input_mtime_ns")};
-  return textIn(line, "status") == "done" && textIn(line, "options") == options_ &&
-         !error && size == numberIn<std::uintmax_t>(line, "output_bytes") &&
+  return textIn(line, "status") == "done" && has_options && !error &&
+         size == numberIn<std::uintmax_t>(line, "output_bytes") &&
          recorded == stateOf(bag.input);
 }
 

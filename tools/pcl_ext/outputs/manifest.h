@@ -46,9 +46,9 @@ public:
 
   /** \brief Opens or makes the manifest of a folder, which it makes, too.
    * \param[in] options with which bags are encoded, as text
-   * \param[in] forgets_others forgets what was encoded with other options, or of another
-   *   bag, instead of refusing to go on
-   * \throws UsageError if that is refused, or another run uses the folder
+   * \param[in] forgets_others bags that were encoded with other options, and recordings
+   *   of other bags, are not done, instead of refused
+   * \throws UsageError if another run uses the folder
    * \throws std::runtime_error if it cannot be read or written
    */
   Manifest(const std::string& folder, const std::string& options, bool forgets_others);
@@ -58,7 +58,7 @@ public:
   operator=(const Manifest&) = delete;
 
   /** \brief True if a recording of a bag is complete and the bag unchanged.
-   * \throws UsageError if it is one of another bag
+   * \throws UsageError if it is one of another bag, or was encoded with other options
    */
   bool
   isDone(const BagToEncode& bag) const;
