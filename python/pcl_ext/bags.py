@@ -176,6 +176,7 @@ def encode_bag(
         ``--keep-points``; None and False leave an option out. A list or a tuple has
         commas between its values; a dict repeats the option: ``pose={"/front": (0, 0, 1, 0,
         0, 0)}``. ``fields`` are as those of `Encoder`: ``fields={"time": 1e-6, "ring": None}``.
+        ``max_rate`` is a number of bit/s, as there, or a text with a unit: ``"2Mbit/s"``.
         The effort is "balanced" unless it is given.
 
     Returns
@@ -282,7 +283,9 @@ def _words(name: str, value: Any) -> List[str]:
         return [f"{option}={_fields(value)}"]
     if isinstance(value, Mapping):
         return [f"{option}={key}={_text(one)}" for key, one in value.items()]
-    return [f"{option}={_text(value)}"]
+    # A number is in bit/s, as that of Encoder; the program wants the unit.
+    is_rate = name == "max_rate" and isinstance(value, (int, float))
+    return [f"{option}={_text(value)}{'bit/s' if is_rate else ''}"]
 
 
 def _fields(fields: Any) -> str:

@@ -59,6 +59,15 @@ def test_a_summary_that_can_be_pickled(bags, tmp_path):
         bag.frames = 3
 
 
+@pytest.fixture
+def echo(tmp_path):
+    """A program that fails with its arguments as message."""
+    program = tmp_path / "program"
+    program.write_text("#!/bin/sh\nprintf '<%s>' \"$@\" >&2\nexit 2\n")
+    program.chmod(0o755)
+    return program
+
+
 @pytest.mark.parametrize(
     "fields, word",
     [
@@ -68,12 +77,15 @@ def test_a_summary_that_can_be_pickled(bags, tmp_path):
         ("all", "all"),
     ],
 )
-def test_fields_are_as_those_of_an_encoder(tmp_path, fields, word):
-    program = tmp_path / "program"
-    program.write_text("#!/bin/sh\nprintf '<%s>' \"$@\" >&2\nexit 2\n")
-    program.chmod(0o755)
+def test_fields_are_as_those_of_an_encoder(tmp_path, echo, fields, word):
     with pytest.raises(pcl_ext.Error, match=f"<--fields={word}>"):
-        pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=program, fields=fields)
+        pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=echo, fields=fields)
+
+
+@pytest.mark.parametrize("rate, word", [(2e6, "2000000.0bit/s"), ("2Mbit/s", "2Mbit/s")])
+def test_a_rate_is_in_bits_per_second_or_has_its_unit(tmp_path, echo, rate, word):
+    with pytest.raises(pcl_ext.Error, match=f"<--max-rate={word}>"):
+        pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=echo, max_rate=rate)
 
 
 def test_options_are_those_of_the_program(bags, tmp_path):

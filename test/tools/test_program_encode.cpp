@@ -87,7 +87,10 @@ TEST_F(ProgramEncode, FileHasTheBytesOfTheClass)
   published.resolution = 0.05;
   published.format = io::StreamFormat::Published;
   published.colour_bits = 0;
-  expectRun("encode room -o y.pcxi -r 0.05 -l count --format published");
+  EXPECT_TRUE(
+      hasPart(run("encode room -o y.pcxi -r 0.05 -l count --format published").errors,
+              "/room: a .pcxi file does not tell that intensities are numbers of "
+              "points"));
   EXPECT_EQ(bytesOf(folder / "y.pcxi"),
             (bytesOfClass<pcl::PointXYZ, CountIntensity>(clouds, published)));
   pcl::PointCloud<pcl::PointXYZ> plain;

@@ -339,7 +339,7 @@ BagEncoding::addStream(std::size_t number)
                 input_->viewpointsOf(number),
                 output_->isBag(),
                 added.metadata);
-  if (!output_->isBag())
+  if (!output_->isBag() && !encoded.isOfLidar()) // which is judged otherwise anyway
     remarkOnLostLaw(console_, name, encoded.law());
   for (const recording::McapChannel& channel : input_->channels())
     if (channel.topic == name)
