@@ -94,8 +94,13 @@ findFaults(const pcl::PCLPointCloud2& cloud,
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (fields[axis] != nullptr && fields[axis]->datatype == bool_datatype)
       faults.insert(PreprocessingCode::InvalidField);
-  if (cloud.width == 0 || cloud.height == 0)
+  if (cloud.width == 0 || cloud.height == 0) {
+    // Bytes of points that are not there: one of both was forgotten.
+    if (cloud.width != cloud.height && cloud.point_step > 0 &&
+        cloud.data.size() >= cloud.point_step)
+      faults.insert(PreprocessingCode::InvalidLayout);
     return faults;
+  }
   // The products need up to 64 bits each; their sum is compared without adding.
   const std::uint64_t row = std::uint64_t{cloud.width} * cloud.point_step;
   const std::uint64_t rows_before = std::uint64_t{cloud.height - 1} * bytesOfRow(cloud);

@@ -48,7 +48,7 @@ protected:
                      const Clouds& clouds,
                      const io::IntensityCompressionSettings& settings) const
   {
-    expectRun("encode room -o x.pcxi --no-header --overwrite " + options);
+    expectRun("encode room -o x.pcxi --no-header --overwrite -q " + options);
     EXPECT_EQ(bytesOf(folder / "x.pcxi"),
               (bytesOfClass<PointT, ModelT>(clouds, settings)))
         << options;
