@@ -3,7 +3,7 @@
 
     python3 doc/check_links.py <html folder> <Markdown file> ...
 
-Links to other sites are not checked. Exits with 1 if a link is dead.
+Links to other sites are not checked. Exits with 1 if a link is dead, or for doxygen alone.
 """
 
 import html
@@ -11,6 +11,8 @@ import pathlib
 import re
 import sys
 from urllib.parse import unquote
+
+from markdown_filter import slugs
 
 # Doxygen 1.9 links its summaries to headings that it leaves out where all members are private.
 SUMMARIES = {"nested-classes", "define-members"}
@@ -43,11 +45,15 @@ def dead_links_of_page(page):
 def dead_links_of_markdown(page):
     text = re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL)
     for link in re.findall(r"\]\(([^)\s]+)\)", text):
-        path = link.partition("#")[0]
-        if path and not is_elsewhere(link) and not (page.parent / path).exists():
+        if is_elsewhere(link):
+            continue
+        path, _, anchor = link.partition("#")
+        target = page.parent / path if path else page
+        if not target.exists() or anchor and target.suffix == ".md" and anchor not in slugs(target).values():
             yield link
-    # Outside of the reference these are no links.
+    # Outside of the reference these are no links and no ids.
     yield from re.findall(r"\]\((@ref [^)]*)\)", text)
+    yield from re.findall(r"^#.* (\{#[\w-]+\})$", text, re.MULTILINE)
 
 
 def main(folder, markdown_files):

@@ -154,7 +154,7 @@ def parse(words):
     )
     parser.add_argument(
         "--outliers",
-        choices=("automatic", "faces", "points", "voxels"),
+        choices=("automatic", "faces", "points", "voxels", "rays"),
         help="remove noise; what the intensities are",
     )
     parser.add_argument("--min-intensity", type=float, help="remove voxels below")
