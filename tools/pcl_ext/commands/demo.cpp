@@ -81,7 +81,7 @@ print(const std::vector<DemoReport>& reports)
   std::cout << "points: those in voxels. ratio: 16 bytes for each of them against the "
                "bytes. ms: processor\ntime; encoding begins with the sensor's cloud. "
                "noise: voxels without a point of a surface,\nwhich are known in the "
-               "robot cell.\n";
+               "robot cell; -: not with a temporal filter.\n";
 }
 
 /** \brief Some sensors of the robot cell, through the whole pipeline. */
