@@ -69,13 +69,17 @@ export function possibleColour(colourBy: ColourBy, streams: readonly StreamView[
   const contents = streams.flatMap((stream) => (stream.contents ? [stream.contents] : []));
   const hasField = (name: string): boolean => contents.some(({ fields }) => fields.includes(name));
   const hasIntensities = contents.some((stream) => stream.hasIntensities);
+  const hasColours = contents.some((stream) => stream.hasColours);
   const field = fieldOf(colourBy);
-  if (contents.length === 0 || (colourBy === "intensity" ? hasIntensities : field === null || hasField(field))) return colourBy;
-  // A stream that comes later may have the field.
-  if (field !== null && contents.length < streams.length) return colourBy;
+  const isThere = colourBy === "intensity" ? hasIntensities
+    : colourBy === "recorded" ? hasColours
+    : field === null || hasField(field);
+  if (contents.length === 0 || isThere) return colourBy;
+  // A stream that comes later may have the field, or colours.
+  if (colourBy !== "intensity" && contents.length < streams.length) return colourBy;
   if (hasIntensities) return "intensity";
   if (hasField("intensity")) return "field:intensity";
-  return contents.some((stream) => stream.hasColours) ? "recorded" : "height";
+  return hasColours ? "recorded" : "height";
 }
 
 /** Some of many values, evenly taken. */

@@ -33,14 +33,17 @@ const msToFigures = 50;
 /** What numbers of voxels depend on. */
 const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
-/** Why nothing of a stream is drawn, or that it is old; null if all is well. */
-function noteOf({ shown, description, arrivals }: StreamView, { source, hasEnded, isFrozen }: ViewerState, now: number): string | null {
+/** Why nothing of a stream is drawn, or that it is old; null if all is well.
+ * @param wasTried frames of a recording were read since it was opened
+ */
+function noteOf({ shown, description, arrivals }: StreamView, state: ViewerState, wasTried: boolean, now: number): string | null {
+  const { source, hasEnded, isFrozen, indexedShare } = state;
   if (description.isGone) return "The source no longer has this stream";
   const silence = source === "live" && shown && !hasEnded ? arrivals.silence(now) : null;
   if (silence !== null) return `No frames for ${formatSilence(silence)}`;
   if (shown?.problem) return `Not shown: ${shown.problem}`;
   if (shown) return shown.placement?.problem ?? null;
-  if (source !== "live") return "No frame could be read";
+  if (source !== "live") return wasTried && indexedShare === 1 ? "No frame could be read" : null;
   return isFrozen && arrivals.age(now) !== null ? "Shown when the picture goes on" : "No frame has come yet";
 }
 
@@ -53,6 +56,7 @@ export class StreamsOnScreen {
   private guessedUp: GuessedUp = { up: "z", reason: "" };
   private hasFitted = false;
   private firstShown: number | null = null; // performance.now()
+  private wasTried = false; // frames were read, if there were any
   private settings: DecodingSettings = { removesOutliers: false, trailSeconds: 0, field: null };
   private lastFilterRemark: string | null = null;
   private isWaiting = false;
@@ -91,6 +95,7 @@ export class StreamsOnScreen {
     this.scene.setStreams([]);
     this.hasFitted = false;
     this.firstShown = null;
+    this.wasTried = false;
     this.beginAxis();
     this.selection.clear();
     this.lastFilterRemark = null;
@@ -175,6 +180,7 @@ export class StreamsOnScreen {
       if (frame.problem && this.store.get().source === "recording") this.index.markLost(frame.stream, frame.number);
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
     }
+    this.wasTried = true;
     if (frames.length === 0) return;
     if (!this.axis || !this.hasFitted || this.axisKey !== views.contentsKey(this.streams)) this.chooseAxis();
     this.chooseFieldAxis();
@@ -348,7 +354,7 @@ export class StreamsOnScreen {
     const now = performance.now();
     const isLive = state.source === "live";
     this.streams.forEach((stream, i) => {
-      this.panel.streams.setNote(i, noteOf(stream, state, now));
+      this.panel.streams.setNote(i, noteOf(stream, state, this.wasTried, now));
       this.panel.streams.setAge(i, isLive ? stream.arrivals.age(now) : null);
     });
     this.rate.textContent = isLive

@@ -6,7 +6,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
-import { cubeRecording, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
+import { cellRecording, cubeRecording, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
 import { framesOf, serveLive } from "./support/servers.mjs";
 
 before(startBrowser);
@@ -133,6 +133,18 @@ test("a link has the field; streams without it are grey, and recordings without 
   await openFiles(page, other);
   await page.until(() => window.pclExtViewer.state().colourBy !== "field:label");
   assert.equal(await colourBy(page).locator("option", { hasText: "Field" }).count(), 0);
+  await page.finish();
+});
+
+test("after a recording with colours alone one without them has the colours of its intensities", async () => {
+  const cloud = pathInFolder("coloured.pcd");
+  writeFileSync(cloud, ["VERSION .7", "FIELDS x y z rgb", "SIZE 4 4 4 4", "TYPE F F F U", "COUNT 1 1 1 1", "WIDTH 1",
+    "HEIGHT 1", "POINTS 1", "DATA ascii", `1 2 3 ${0x00ff00}`, ""].join("\n"));
+  pclExt("encode", cloud, "-o", pathInFolder("coloured.mcap"), "-q");
+  const page = await openRecording(pathInFolder("coloured.mcap"));
+  await page.until(() => window.pclExtViewer.state().colourBy === "recorded");
+  await openFiles(page, cellRecording());
+  await page.until(() => window.pclExtViewer.state().colourBy === "intensity");
   await page.finish();
 });
 

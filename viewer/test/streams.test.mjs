@@ -2,11 +2,11 @@
 
 // The list of streams: its order and its colours, in whatever order streams come.
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stopBrowser } from "./support/browser.mjs";
-import { cellRecording, pagePath } from "./support/fixtures.mjs";
+import { openFiles, openViewer, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { cellRecording, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
 import { serveLive } from "./support/servers.mjs";
 
 before(startBrowser);
@@ -64,4 +64,32 @@ test("of sixty streams each has a colour of its own", async () => {
   const { colours, names } = await shownLive(Array.from({ length: 60 }, (_, i) => `/lidar_${60 - i}`));
   assert.equal(new Set(Object.values(colours)).size, 60);
   assert.deepEqual(names, Array.from({ length: 60 }, (_, i) => `lidar_${i + 1}`));
+});
+
+test("many streams of a recording are listed at once, and not told unreadable before they are read", async () => {
+  const folders = Array.from({ length: 100 }, (_, i) => {
+    const folder = pathInFolder(`point_${i}`);
+    mkdirSync(folder);
+    writeFileSync(`${folder}/0.pcd`, ["VERSION .7", "FIELDS x y z", "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", "WIDTH 1",
+      "HEIGHT 1", "POINTS 1", "DATA ascii", `${i} 0 0`, ""].join("\n"));
+    return folder;
+  });
+  const path = pathInFolder("many.mcap");
+  pclExt("encode", ...folders, "-o", path, "-q");
+  const viewer = await openViewer();
+  await viewer.evaluate(() => {
+    window.seen = { notes: new Set(), lists: 0 };
+    const list = document.querySelector(".streams");
+    new MutationObserver((changes) => {
+      window.seen.lists += changes.some(({ target }) => target === list) ? 1 : 0;
+      for (const { textContent } of list.querySelectorAll(".stream-note")) if (textContent) window.seen.notes.add(textContent);
+    }).observe(list, { subtree: true, childList: true });
+  });
+  await openFiles(viewer, path);
+  await untilIndexed(viewer);
+  await viewer.until(() => window.pclExtViewer.counts().all === 100);
+  const { notes, lists } = await viewer.evaluate(() => ({ notes: [...window.seen.notes], lists: window.seen.lists }));
+  assert.deepEqual(notes, []);
+  assert.ok(lists <= 4, `the list was made ${lists} times`);
+  await viewer.finish();
 });

@@ -40,7 +40,8 @@ export class RecordingPlayer {
   private readonly cache = new ShownFrameCache();
   private readonly batches: FrameBatches;
   private readonly damaged = new Set<string>(); // frames that were told of
-  private placedFrames = 0; // of coordinates, that the page was told of
+  private toldStreams = 0; // that the page was told of
+  private placedFrames = 0; // of coordinates, likewise
   private isClosed = false;
   private latestRequest = -1;
   private lastPause = 0;
@@ -52,7 +53,10 @@ export class RecordingPlayer {
     private settings: DecodingSettings,
     private readonly post: (message: FromWorker, transfer?: Transferable[]) => void,
   ) {
-    this.batches = new FrameBatches((message) => this.send(message));
+    this.batches = new FrameBatches((message) => {
+      this.tellStreams();
+      this.send(message);
+    });
   }
 
   private send(message: FromWorker, transfer: Transferable[] = []): void {
@@ -80,6 +84,7 @@ export class RecordingPlayer {
       const isWhole = await this.recording.index();
       this.batches.flush(this.recording.hasTimes);
       if (!this.recording.transforms.isEmpty) this.send({ type: "placesChanged" });
+      this.tellStreams();
       this.send({ type: "indexed", isWhole });
     } catch (error) {
       this.batches.flush(true);
@@ -98,6 +103,12 @@ export class RecordingPlayer {
     this.descriptions.push(stream);
     const unit = densityUnitOf(stream.metadata);
     this.streams.push({ decoder: new StreamDecoder(this.codec, unit), next: 0 });
+  }
+
+  /** Tells of all streams at once, before their frames: of one after the other a thousand take a minute. */
+  private tellStreams(): void {
+    if (this.toldStreams === this.descriptions.length) return;
+    this.toldStreams = this.descriptions.length;
     this.send({ type: "streams", streams: this.descriptions });
   }
 

@@ -217,6 +217,6 @@ export class TimelineView {
       lost: colour("--danger"),
     });
     this.scale.textContent =
-      `up to ${rateText(this.index, scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
+      `means up to ${rateText(this.index, scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
   }
 }
