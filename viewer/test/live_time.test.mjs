@@ -107,6 +107,29 @@ test("Space keeps the picture of a live source, and goes on with the newest fram
   await finish();
 });
 
+test("a paused picture keeps its time and date where stamps begin again", async () => {
+  const { server, viewer, finish } = await liveViewer(streams.slice(0, 1));
+  const ofFirst = frames.filter(({ stream }) => stream === 0);
+  const send = (first, last, seconds) => {
+    for (const frame of ofFirst.slice(first, last)) server.send({ ...frame, time: frame.time + BigInt(seconds) * 1_000_000_000n });
+  };
+  const told = () => viewer.evaluate(() => document.querySelector(".times").innerText);
+  send(0, 4, 1_700_000_100);
+  await untilVoxels(viewer, 0, decoded[0][3].length);
+  await viewer.until(() => window.pclExtViewer.moments() === 4);
+  await viewer.until(() => /0\.15 s/.test(document.querySelector(".times").innerText));
+  const before = await told();
+  assert.match(before, /2023-11-14/);
+  await viewer.keyboard.press("Space");
+  send(0, 6, 1_700_000_000);
+  await viewer.until(() => window.pclExtViewer.moments() === 6);
+  await viewer.until(() => document.querySelector(".track").getAttribute("aria-valuemax") === "6");
+  assert.equal(await told(), before);
+  await viewer.keyboard.press("Space");
+  await viewer.until((text) => document.querySelector(".times").innerText !== text, before);
+  await finish();
+});
+
 test("a paused picture keeps streams that the source has no more, and tells of those that wait", async () => {
   const { server, viewer, finish } = await liveViewer();
   for (const frame of frames.slice(0, 3 * perFrame)) server.send(frame);

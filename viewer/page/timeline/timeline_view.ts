@@ -42,7 +42,8 @@ export class TimelineView {
   private readonly speed = element("select", { "aria-label": "Speed", title: "Speed" });
   private readonly live = element("span", { class: "live-badge", role: "status" });
   private isWaiting = false;
-  private liveTime = 0; // of the picture
+  private liveTime = 0; // of the picture, in seconds since the next
+  private liveStart = 0n; // nanoseconds
   private silence = 0; // see setSilence()
 
   constructor(
@@ -150,7 +151,11 @@ export class TimelineView {
     const moments = this.index.moments;
     const time = moments[moment] ?? 0;
     const start = moments[0] ?? 0;
-    if (!isFrozen) this.liveTime = this.index.duration;
+    // A paused picture keeps its time and its date, also where a new time line begins meanwhile.
+    if (!isFrozen) {
+      this.liveTime = this.index.duration;
+      this.liveStart = this.index.startTime;
+    }
     const total = this.index.duration - start;
     const count = moments.length;
     const spoken = this.index.hasTimes
@@ -161,7 +166,8 @@ export class TimelineView {
       " ",
       element("span", {}, isLive ? "" : this.index.hasTimes ? `/ ${formatSeconds(total)}` : `/ ${count}`),
     );
-    this.showDate(isLive ? this.liveTime : time);
+    if (isLive) this.showDate(this.liveStart, this.liveTime);
+    else this.showDate(this.index.startTime, time);
     this.track.setAttribute("aria-valuemin", "1");
     this.track.setAttribute("aria-valuemax", String(Math.max(1, count)));
     this.track.setAttribute("aria-valuenow", String(moment + 1));
@@ -170,9 +176,9 @@ export class TimelineView {
     this.head.style.left = `${to > from ? 100 * Math.max(0, ((isLive ? this.liveTime : time) - from) / (to - from)) : 0}%`;
   }
 
-  private showDate(time: number): void {
+  private showDate(startTime: bigint, time: number): void {
     const { clock } = this.store.get();
-    const parts = this.index.moments.length > 0 ? formatDate(this.index.startTime, time, clock) : null;
+    const parts = this.index.moments.length > 0 ? formatDate(startTime, time, clock) : null;
     this.date.hidden = parts === null;
     if (parts?.join(" ") === this.date.textContent) return;
     this.date.replaceChildren(...(parts ?? []).flatMap((part, i) => [i > 0 ? " " : "", element("span", {}, part)]));
