@@ -74,14 +74,13 @@ checkSteps(const pcl::PCLPointCloud2& cloud)
 {
   const std::uint64_t width = cloud.width;
   const std::uint64_t height = cloud.height;
-  // Who sends both as 0 may reuse the memory of a larger cloud.
-  const bool is_empty = width == 0 || height == 0;
-  if (is_empty && width != height && cloud.point_step > 0 &&
+  // One of both was forgotten. Who sends both as 0 may reuse the memory of a larger cloud.
+  if ((width == 0) != (height == 0) && cloud.point_step > 0 &&
       cloud.data.size() >= cloud.point_step)
     return invalidLayout(std::to_string(cloud.data.size()) +
                          " bytes of points, but a width of " + std::to_string(width) +
                          " and a height of " + std::to_string(height));
-  if (is_empty)
+  if (width == 0 || height == 0)
     return {};
   if (cloud.point_step == 0)
     return invalidLayout("point_step is 0");

@@ -61,11 +61,9 @@ faultOf(const FieldDescription& field)
   return fault.str();
 }
 
-} // namespace
-
 /** \brief Names of fields that all_fields stands for and that cannot be kept. */
 std::string
-FieldCollector::namesOfLeftOut(const std::vector<FieldDescription>& offered) const
+namesOfLeftOut(const std::vector<FieldDescription>& offered)
 {
   constexpr std::size_t most_named = 16;
   std::vector<FieldDescription> left_out;
@@ -77,6 +75,8 @@ FieldCollector::namesOfLeftOut(const std::vector<FieldDescription>& offered) con
   return left_out.empty() ? std::string()
                           : listOf(left_out) + (are_many ? ", ..." : "");
 }
+
+} // namespace
 
 bool
 FieldCollector::meansAll() const

@@ -114,9 +114,6 @@ private:
     return entry.key;
   }
 
-  std::string
-  namesOfLeftOut(const std::vector<FieldDescription>& offered) const;
-
   void
   readBatch(const PointView& points, const VoxelLocator& locator, bool of_voxels);
 

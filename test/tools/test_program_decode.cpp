@@ -139,7 +139,7 @@ TEST_F(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
     EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
               bytesOf(folder / (std::string("b/") + file)));
   // Frames alone do not tell their law.
-  expectRun("encode room -o x.pcxi -r 0.05 --law count -q");
+  expectRun("encode room -o x.pcxi -r 0.05 --law count");
   const ProgramRun unknown = run("decode x.pcxi -o c --remove-outliers");
   EXPECT_EQ(unknown.status, 0);
   EXPECT_TRUE(hasPart(unknown.errors, "--unit points"));

@@ -206,7 +206,7 @@ TEST_F(ProgramInfo, WhatHeadersDoNotTellIsUnknown)
   clouds.push_back(clouds[0]);
   clouds[1].resize(3);
   writeClouds("room", clouds);
-  expectRun("encode room -o published.pcxi -r 0.05 -l count --format published -q");
+  expectRun("encode room -o published.pcxi -r 0.05 -l count --format published");
   nlohmann::json stream = nlohmann::json::parse(
       expectRun("info published.pcxi --json").output)["streams"][0];
   EXPECT_EQ(stream["i_frames"], 1);

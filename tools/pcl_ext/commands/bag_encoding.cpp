@@ -339,8 +339,6 @@ BagEncoding::addStream(std::size_t number)
                 input_->viewpointsOf(number),
                 output_->isBag(),
                 added.metadata);
-  if (!output_->isBag() && !encoded.isOfLidar()) // which is judged otherwise anyway
-    remarkOnLostLaw(console_, name, encoded.law());
   for (const recording::McapChannel& channel : input_->channels())
     if (channel.topic == name)
       addOtherMetadata(channel.metadata, added.metadata);

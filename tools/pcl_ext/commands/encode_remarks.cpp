@@ -71,15 +71,5 @@ addViewpoints(Console& console,
     viewpoints.addTo(metadata);
 }
 
-void
-remarkOnLostLaw(Console& console, const std::string& name, IntensityLaw law)
-{
-  if (law == IntensityLaw::Count)
-    console.remark(name +
-                   ": a .pcxi file does not tell that intensities are numbers of "
-                   "points: x.mcap does, else --unit points says so where "
-                   "outliers are removed");
-}
-
 } // namespace tools
 } // namespace pcl_ext

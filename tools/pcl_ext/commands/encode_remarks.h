@@ -33,12 +33,5 @@ addViewpoints(Console& console,
               bool has_metadata,
               StreamMetadata& metadata);
 
-/** \brief Says that a .pcxi file does not hold the law of counts, by which outliers are
- * judged otherwise.
- * \param[in] law of the stream
- */
-void
-remarkOnLostLaw(Console& console, const std::string& name, IntensityLaw law);
-
 } // namespace tools
 } // namespace pcl_ext
