@@ -80,8 +80,7 @@ public:
       update_.get();
     }
     is_due_ = false;
-    update_ = std::async(std::launch::async,
-                         [this, &node, sensors = sensors_] { insert(node, sensors); });
+    beginUpdate(node);
     if (options_.waits)
       waitForUpdate();
   }
@@ -91,20 +90,19 @@ public:
   {
     constexpr std::chrono::seconds most_time{2};
     if (update_.valid()) {
-      if (!isToldToEnd())
-        update_.wait_for(most_time);
+      update_.wait_for(most_time);
       is_ending_ = true; // it ends after the stream that it is at
       update_.get();
       is_ending_ = false;
     }
     last_write_ = std::chrono::steady_clock::now();
-    if (isToldToEnd())
-      map_.completeRound();
-    else if (last_duration_ < most_time)
-      insert(node, sensors_);
-    else {
-      ++left_out_;
-      map_.completeRound();
+    if (!isToldToEnd()) {
+      if (options_.waits || last_duration_ < most_time) {
+        beginUpdate(node);
+        waitForUpdate();
+      }
+      else
+        ++left_out_;
     }
     if (const std::string fault = map_.faultOfFrames(); !fault.empty()) {
       console_.error(fault);
@@ -149,7 +147,15 @@ private:
     return options_.waits && isInterrupted();
   }
 
-  /** \brief Waits for the update, which ends early if the program is interrupted. */
+  void
+  beginUpdate(const nodes::CentralNode& node)
+  {
+    update_ = std::async(std::launch::async,
+                         [this, &node, sensors = sensors_] { insert(node, sensors); });
+  }
+
+  /** \brief Waits for the update, which that of a replay ends early if the program is
+   * interrupted. */
   void
   waitForUpdate()
   {
@@ -172,13 +178,12 @@ private:
   insert(const nodes::CentralNode& node, const Sensors& sensors)
   {
     const auto start = std::chrono::steady_clock::now();
+    bool is_whole = true;
     bool has_new_frames = false;
     for (const auto& [name, sensor] : sensors) {
-      if (is_ending_) {
-        left_out_ += isToldToEnd() ? 0 : 1;
-        last_duration_ = std::chrono::steady_clock::now() - start;
-        return;
-      }
+      is_whole = !is_ending_;
+      if (!is_whole)
+        break;
       const auto find_sensor = [&at = sensor](nodes::Time stamp) {
         const auto& position = stamp < at.since ? at.position_before : at.position;
         return position
@@ -191,7 +196,10 @@ private:
           map_.insertLatest(name, sensor.full_intensity, find_sensor, node);
     }
     map_.completeRound();
-    made_ += has_new_frames ? 1 : 0;
+    if (is_whole)
+      made_ += has_new_frames ? 1 : 0;
+    else
+      left_out_ += isToldToEnd() ? 0 : 1;
     last_duration_ = std::chrono::steady_clock::now() - start;
     constexpr std::chrono::minutes interval{1};
     const auto now = std::chrono::steady_clock::now();
