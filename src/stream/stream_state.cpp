@@ -11,7 +11,8 @@ StreamState::complete(Version1Header& header) const
   header.grid = grid;
   header.intensity_scale = intensity_scale;
   header.depth_model = depth_model;
-  header.content = content;
+  if (!header.is_of_changes)
+    header.content = content;
   header.fields = fields;
   header.viewpoint = viewpoint;
   header.scan = scan;
@@ -26,7 +27,7 @@ void
 StreamState::prepareChanges(const Version1Header& header, const VoxelFrame& frame)
 {
   keeps_frame_ =
-      !header.content.hasSupplement() && !header.content.has_point_counts &&
+      header.content.hasVoxelsAlone() &&
       changes::ChangeCoder::mayFollow(header.is_i_frame,
                                       frame.size(),
                                       static_cast<std::size_t>(header.payload_size));
@@ -48,7 +49,8 @@ StreamState::learn(Version1Header& header, std::uint32_t frame_checksum) noexcep
   grid = header.grid;
   intensity_scale = header.intensity_scale;
   depth_model = header.depth_model;
-  content = header.content;
+  if (!header.is_of_changes)
+    content = header.content;
   fields.swap(header.fields);
   viewpoint = header.viewpoint;
   std::swap(scan, header.scan);

@@ -355,7 +355,8 @@ Version1Decoder::completeHeader()
   supplement::Content content = header_.content;
   const bool has_colours = content.colour_bits > 0;
   content.colour_bits = state_.content.colour_bits;
-  if (content != state_.content || has_colours != (content.colour_bits > 0))
+  if (!header_.is_of_changes &&
+      (content != state_.content || has_colours != (content.colour_bits > 0)))
     return corruptFrame("a P-frame of another content than its I-frame");
   state_.complete(header_);
   if (!header_.placement)

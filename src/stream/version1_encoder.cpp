@@ -56,6 +56,7 @@ Version1Encoder::addReasons(const VoxelFrame& frame,
   reasons.has_long_history = hasLongHistory(frame.size(), countBlocks(frame.keys));
   reasons.repeats_fine_voxels = !reasons.has_long_history &&
                                 state_.content.refinement_levels > 0 &&
+                                !hasFewChanges(frame) &&
                                 refinement_choice_.endsWith(frame);
 }
 
@@ -326,6 +327,8 @@ Version1Encoder::encodeChanges(const VoxelFrame& frame)
 {
   payload_.clear();
   header_.is_of_changes = state_.changes->encode(work_, frame, payload_);
+  if (header_.is_of_changes)
+    header_.content = supplement::Content();
   return header_.is_of_changes;
 }
 

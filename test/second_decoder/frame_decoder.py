@@ -154,7 +154,8 @@ class FrameDecoder:
         colour_bits = kept.content.colour_bits if header.content.colour_bits else 0
         has_intensities = kept.content.has_intensities
         require(
-            replace(
+            header.is_of_changes
+            or replace(
                 header.content,
                 colour_bits=colour_bits,
                 has_intensities=has_intensities,
@@ -248,7 +249,7 @@ class FrameDecoder:
             "the numbers of points have another sum",
         )
         changes_memory = ChangesMemory()
-        if not kept.content.has_supplement and not kept.content.has_point_counts:
+        if kept.content.has_voxels_alone:
             changes_memory = kept.changes_memory.after_whole(
                 voxels, header.is_i_frame, payload_size
             )

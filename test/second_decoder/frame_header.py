@@ -79,6 +79,15 @@ class Content:
             self.levels or self.colour_bits or self.has_fields
         )
 
+    @property
+    def has_voxels_alone(self) -> bool:
+        return not (
+            self.has_scan
+            or self.colour_bits
+            or self.has_fields
+            or self.has_point_counts
+        )
+
 
 @dataclass(frozen=True)
 class Grid:

@@ -26,22 +26,31 @@ struct Kind {
   std::string name;
   unsigned int bits;
   bool has_depth_model;
+  bool is_fine;
+
+  ChangingFrames
+  frames() const
+  {
+    return ChangingFrames(bits, has_depth_model, is_fine);
+  }
 };
 
 class FramesOfChanges : public testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(Kinds,
                          FramesOfChanges,
-                         testing::Values(Kind{"Counts", 8, false},
-                                         Kind{"Depths", 16, true},
-                                         Kind{"OneBit", 1, false},
-                                         Kind{"NoIntensities", 0, false}),
+                         testing::Values(Kind{"Counts", 8, false, false},
+                                         Kind{"Depths", 16, true, false},
+                                         Kind{"OneBit", 1, false, false},
+                                         Kind{"NoIntensities", 0, false, false},
+                                         Kind{"Fine", 8, false, true},
+                                         Kind{"FineNoIntensities", 0, false, true}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST_P(FramesOfChanges, DecodeToTheirVoxelsInAllEfforts)
 {
   for (const Effort effort : all_efforts) {
-    ChangingFrames frames(GetParam().bits, GetParam().has_depth_model);
+    ChangingFrames frames = GetParam().frames();
     FrameEncoder encoder(StreamFormat::Version1, 25, effort);
     FrameDecoder decoder;
     for (unsigned int i = 0; i < 40; ++i) {
@@ -68,7 +77,7 @@ kindOf(const FrameEncoder& encoder)
 TEST_P(FramesOfChanges, AreOneOfSeveralKindsInAStream)
 {
   for (const Effort effort : all_efforts) {
-    ChangingFrames frames(GetParam().bits, GetParam().has_depth_model);
+    ChangingFrames frames = GetParam().frames();
     FrameEncoder encoder(StreamFormat::Version1, 100, effort);
     FrameDecoder decoder;
     std::string kinds;

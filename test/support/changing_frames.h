@@ -24,10 +24,17 @@ public:
 
   /** \param[in] bits of a symbol, 0: no intensities
    * \param[in] has_depth_model of intensities
+   * \param[in] is_fine one voxel in each 4 x 4 x 4, so that I-frames have a refinement
    */
-  explicit ChangingFrames(unsigned int bits, bool has_depth_model = false)
-  : frame_(emptyFrame(depth, bits)), end_(std::uint64_t{1} << bits)
+  explicit ChangingFrames(unsigned int bits,
+                          bool has_depth_model = false,
+                          bool is_fine = false)
+  : frame_(emptyFrame(is_fine ? depth + 2 : depth, bits))
+  , end_(std::uint64_t{1} << bits)
+  , is_fine_(is_fine)
   {
+    if (is_fine)
+      frame_.grid.resolution = 0.001;
     if (has_depth_model)
       frame_.depth_model = roomDepthModel(depth, bits, 1);
     for (std::uint32_t x = 0; x < 36; ++x)
@@ -60,7 +67,7 @@ public:
     }
     clearVoxels(frame_);
     for (const auto& [key, value] : voxels_) {
-      frame_.keys.push_back(key);
+      frame_.keys.push_back(is_fine_ ? key << 6 | key * 37 % 64 : key);
       if (frame_.hasIntensities())
         frame_.intensities.push_back(value);
     }
@@ -77,6 +84,7 @@ private:
 
   VoxelFrame frame_;
   std::uint64_t end_;
+  bool is_fine_;
   std::mt19937_64 random_{43};
   std::map<std::uint64_t, std::uint16_t> voxels_;
 };

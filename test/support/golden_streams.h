@@ -248,6 +248,18 @@ goldenChanges(const std::string& name, Effort effort, const ChangingFrames& firs
   return stream;
 }
 
+/** \brief Frames of changes after an I-frame with a refinement, and a P-frame with one
+ * among them. */
+inline GoldenStream
+goldenFineChanges(const std::string& name, Effort effort)
+{
+  GoldenStream stream{name, effort, 6, {}};
+  ChangingFrames frames(8, false, true);
+  for (unsigned int i = 0; i < 12; ++i)
+    stream.frames.push_back({frames.next(i == 7 ? 6000 : 10 * (i % 3)), std::nullopt});
+  return stream;
+}
+
 /** \brief A rough wall that jumps, so that frames do without the history, keep it and at
  * last replace it, until it rests; then one without depth model and numbers of points. */
 inline GoldenStream
@@ -346,6 +358,7 @@ goldenStreams()
   streams.push_back(
       goldenChanges("balanced_changes", Effort::Balanced, ChangingFrames(16, true)));
   streams.push_back(goldenChanges("small_changes", Effort::Small, ChangingFrames(0)));
+  streams.push_back(goldenFineChanges("small_fine_changes", Effort::Small));
   streams.push_back(goldenLayouts("fast_layouts", Effort::Fast));
   streams.push_back(goldenDisorder("disorder"));
   return streams;

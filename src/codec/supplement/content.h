@@ -29,6 +29,13 @@ struct Content {
     return !has_scan && (hasVoxels() || colour_bits > 0 || has_fields);
   }
 
+  /** \brief Whether frames have voxels and their intensities, and nothing else. */
+  bool
+  hasVoxelsAlone() const
+  {
+    return colour_bits == 0 && !has_point_counts && !has_fields && !has_scan;
+  }
+
   bool
   operator!=(const Content& other) const
   {
