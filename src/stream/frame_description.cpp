@@ -48,7 +48,7 @@ describeVersion1(ByteSource& source,
     description.scan = {header.scan.width, header.scan.height};
     description.is_row_by_row = header.content.has_scan &&
                                 header.scan.order == scan::PointOrder::RowByRow &&
-                                !header.scan.isSequence();
+                                header.scan.rays.shape == scan::RayShape::Spinning;
     if (header.scan.isSequence())
       description.scan = {static_cast<std::uint32_t>(header.point_count), 1};
     description.is_organised =

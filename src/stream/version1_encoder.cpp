@@ -54,10 +54,9 @@ Version1Encoder::addReasons(const VoxelFrame& frame,
     return;
   // That of a moving sensor.
   reasons.has_long_history = hasLongHistory(frame.size(), countBlocks(frame.keys));
-  reasons.repeats_fine_voxels = !reasons.has_long_history &&
-                                state_.content.refinement_levels > 0 &&
-                                !hasFewChanges(frame) &&
-                                refinement_choice_.endsWith(frame);
+  reasons.repeats_fine_voxels =
+      !reasons.has_long_history && state_.content.refinement_levels > 0 &&
+      !hasFewChanges(frame) && refinement_choice_.endsWith(frame);
 }
 
 bool

@@ -145,11 +145,13 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
     untried_i_frames_ -= is_i_frame_due ? 1 : 0;
     return false;
   }
+  const ImageSize size_of_cloud = cloud_.image;
   if (setLayout(fields, sensor_pose, is_i_frame_due, scan) &&
       locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan)) {
     last_untried_ = 0;
     return true;
   }
+  cloud_.image = size_of_cloud;
   // Looking for rays takes more time than a frame's coding.
   constexpr unsigned int most_untried = 15;
   if (is_i_frame_due)
@@ -165,23 +167,25 @@ ScanCollector::setLayout(const FieldCollector& fields,
                          scan::ScanFrame& scan)
 {
   const std::uint64_t most_pixels = mostPixels(fields);
+  scan.row_shifts.clear();
+  const bool is_organised = cloud_.image.width > 0;
+  if (!is_organised && !ScanColumns::areRows(cloud_.rings) &&
+      !findRows(sensor_pose, is_i_frame_due))
+    return false;
   if (cloud_.image.width > 0) {
     scan.width = cloud_.image.width;
     scan.height = cloud_.image.height;
-    scan.order = scan::PointOrder::Organised;
+    scan.order =
+        is_organised ? scan::PointOrder::Organised : scan::PointOrder::RowByRow;
     scan.firing_order.clear();
-    scan.row_shifts.clear();
     if (scan.pixelCount() > most_pixels)
       return false;
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
-    if (!ScanColumns::areRows(cloud_.rings) && !findRings(sensor_pose, is_i_frame_due))
-      return false;
     if (!columns_.find(
             cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
       return false;
-    scan.row_shifts.clear();
     pixels_.resize(cloud_.size());
     for (std::size_t point = 0; point < cloud_.size(); ++point)
       pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
@@ -274,17 +278,22 @@ ScanCollector::locateAll(scan::ScanFrame& scan) const
       {cloud_.positions, pixels_, order_, may_turn}, settings_.threads, scan);
 }
 
-/** \brief Finds the rings of a cloud without any, from the elevations of its points. */
+/** \brief Finds the pixels of a cloud without rows and columns, if a camera has seen it,
+ * else the rings of one without these, from the elevations of its points. */
 bool
-ScanCollector::findRings(const WorldPose& sensor_pose, bool is_i_frame_due)
+ScanCollector::findRows(const WorldPose& sensor_pose, bool is_i_frame_due)
 {
-  // Most such clouds have no rings, and looking for them takes time.
+  // Most such clouds have neither, and looking for them takes time.
   constexpr unsigned int untried_clouds = 15;
   if (untried_clouds_ > 0) {
     --untried_clouds_;
     return false;
   }
   const WorldPose to_sensor = sensor_pose.inverse();
+  if (camera_.find(cloud_.positions, to_sensor, is_i_frame_due, cloud_.pixels)) {
+    cloud_.image = camera_.size();
+    return true;
+  }
   const auto in_sensor = [&to_sensor](const std::array<double, 3>& position) {
     return to_sensor * Eigen::Vector3d(position[0], position[1], position[2]);
   };
@@ -427,6 +436,7 @@ void
 ScanCollector::releaseMemory()
 {
   cloud_ = SensorCloud();
+  camera_.releaseMemory();
   columns_.releaseMemory();
   quantiser_.releaseMemory();
   pixels_ = std::vector<std::uint32_t>();

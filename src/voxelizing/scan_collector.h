@@ -9,6 +9,7 @@
 #include <pcl_ext/status.h>
 
 #include "codec/scan/scan_frame.h"
+#include "voxelizing/camera_pixels.h"
 #include "voxelizing/elevation_rows.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
@@ -75,7 +76,7 @@ private:
   mostPixels(const FieldCollector& fields) const;
 
   bool
-  findRings(const WorldPose& sensor_pose, bool is_i_frame_due);
+  findRows(const WorldPose& sensor_pose, bool is_i_frame_due);
 
   bool
   locateOnRays(const FieldCollector& fields,
@@ -122,6 +123,7 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
+  CameraPixels camera_;
   ElevationRows elevations_;
   unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
   // I-frames that follow for which no rays are looked for, and how many were before.

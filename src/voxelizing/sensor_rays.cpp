@@ -159,26 +159,21 @@ SensorRays::fit(const SensorCloud& cloud,
   layout_.order = layout.order;
   is_new_ = true;
   const ImageSize size{layout.width, layout.height};
-  switch (layout.order) {
-  case scan::PointOrder::Organised:
+  if (cloud.image.width > 0)
     fitImage(
         PixelPoints(cloud, columns, pose).ofEachRow(size.height), pose, grid, size);
-    break;
-  case scan::PointOrder::RowByRow:
-    spinning_ =
-        fitEvenSpinning(PixelPoints(cloud, columns, turnedPose(pose, columns.shift()))
-                            .ofEachRow(size.height),
-                        size,
-                        columns.step());
-    break;
-  case scan::PointOrder::ColumnByColumn:
+  else if (layout.order == scan::PointOrder::ColumnByColumn)
     spinning_ =
         fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(size.width),
                     size.height,
                     size.width,
                     grid.resolution);
-    break;
-  }
+  else
+    spinning_ =
+        fitEvenSpinning(PixelPoints(cloud, columns, turnedPose(pose, columns.shift()))
+                            .ofEachRow(size.height),
+                        size,
+                        columns.step());
   return planar_ || spinning_;
 }
 
@@ -227,7 +222,7 @@ SensorRays::set(const SensorCloud& cloud,
 {
   if (planar_)
     return setPlanarRays(*planar_, pose, frame.grid, frame);
-  const bool is_image = frame.order == scan::PointOrder::Organised;
+  const bool is_image = cloud.image.width > 0;
   if (spinning_->is_even)
     return setSpinningRays(*spinning_,
                            is_image ? pose : turnedPose(pose, columns.shift()),

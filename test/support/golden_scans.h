@@ -86,7 +86,7 @@ goldenFreeScans(const std::string& name, Effort effort)
 }
 
 /** \brief Scans of sensors that move, with points in the centres of voxels, of other
- * numbers of columns, and of one row and one column. */
+ * numbers of columns, of one row and one column, and of a list of points. */
 inline GoldenStream
 goldenMovingScans(const std::string& name, Effort effort)
 {
@@ -123,6 +123,12 @@ goldenMovingScans(const std::string& name, Effort effort)
         change /= 1024;
     addPoints(frame, height);
     addFields(frame, height);
+    stream.frames.push_back(goldenScan(frame));
+  }
+  for (unsigned int i = 0; i < 2; ++i) {
+    scan::ScanFrame frame = makeCamera();
+    frame.order = scan::PointOrder::RowByRow;
+    addPoints(frame, 50 + i);
     stream.frames.push_back(goldenScan(frame));
   }
   return stream;

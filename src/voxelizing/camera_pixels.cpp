@@ -1,0 +1,318 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/camera_pixels.h"
+
+#include "voxelizing/ray_fit.h"
+#include "voxelizing/robust_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace pcl_ext::PCL_EXT_ABI::io {
+
+namespace {
+
+/** \brief Clouds of fewer points take few bytes anyway. */
+constexpr std::size_t least_points = 1024;
+constexpr std::size_t least_rows = 16;
+
+/** \brief Of points that are not missing, metres; see isAtSensor(). */
+constexpr double least_depth = 1e-6;
+
+/** \brief So many points or pairs of points are enough to tell a step. */
+constexpr std::size_t enough = 4096;
+
+/** \brief Points are nearer to their pixels on average, in steps; 0.25 by chance. Those
+ * of whole millimetres are 0.15 from them. */
+constexpr double farthest_from_pixels = 0.18;
+
+/** \brief Sides are this part longer than what is seen, as in later clouds points may be
+ * beside those of the first one. */
+constexpr double margin = 0.125;
+
+double
+medianOf(std::vector<double>& numbers)
+{
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return *middle;
+}
+
+/** \brief Makes a step exact, as of pairs ever farther apart it is known how many steps
+ * they are apart.
+ * \param[in] for_each_pair calls back with the difference of each pair of numbers that
+ * are so many places apart
+ * \param[in,out] step
+ */
+template <typename ForEachPairT>
+void
+refineStep(const ForEachPairT& for_each_pair, double& step)
+{
+  for (std::size_t places = 4; places <= 1024; places *= 4) {
+    double products = 0.0;
+    double squares = 0.0;
+    for_each_pair(places, [&](double difference) {
+      const double steps = std::round(difference / step);
+      products += difference * steps;
+      squares += steps * steps;
+    });
+    if (!(squares > 0.0))
+      return;
+    step = products / squares;
+  }
+}
+
+/** \brief Sets where the pixels of a side begin and how many they are.
+ * \param[in] slopes some of them
+ * \param[in] least,most of all slopes
+ */
+template <typename SideT>
+bool
+setRange(const std::vector<double>& slopes, double least, double most, SideT& side)
+{
+  constexpr double least_count = 16.0;
+  constexpr double most_count = 8192.0;
+  double offset = 0.0;
+  coherence(slopes, std::abs(side.step), offset);
+  const double extent = std::ceil((most - least) / std::abs(side.step)) + 1.0;
+  if (!(extent >= least_count && extent <= most_count))
+    return false;
+  const double pixels_before = std::ceil(margin * extent);
+  const double first = side.step > 0.0 ? least : most;
+  side.begin =
+      offset + side.step * (std::round((first - offset) / side.step) - pixels_before);
+  side.per_slope = 1.0 / side.step;
+  side.count = static_cast<std::uint32_t>(extent + 2.0 * pixels_before);
+  return true;
+}
+
+} // namespace
+
+/** \brief The points of a cloud in the coordinates of the camera. */
+class CameraPixels::Points {
+public:
+  Points(const std::vector<std::array<double, 3>>& positions,
+         const WorldPose& to_sensor)
+  : positions_(positions), to_sensor_(to_sensor.matrix())
+  {}
+
+  std::size_t
+  size() const
+  {
+    return positions_.size();
+  }
+
+  /** \brief Whether a point is at the sensor, as drivers write missing ones. */
+  bool
+  isMissing(std::size_t point) const
+  {
+    return isAtSensor(
+        {coordinate(point, 0), coordinate(point, 1), coordinate(point, 2)});
+  }
+
+  double
+  coordinate(std::size_t point, int axis) const
+  {
+    const std::array<double, 3>& at = positions_[point];
+    return to_sensor_(axis, 0) * at[0] + to_sensor_(axis, 1) * at[1] +
+           to_sensor_(axis, 2) * at[2] + to_sensor_(axis, 3);
+  }
+
+private:
+  const std::vector<std::array<double, 3>>& positions_;
+  Eigen::Matrix4d to_sensor_;
+};
+
+bool
+CameraPixels::find(const std::vector<std::array<double, 3>>& positions,
+                   const WorldPose& to_sensor,
+                   bool may_refit,
+                   std::vector<std::uint32_t>& pixels)
+{
+  const Points points(positions, to_sensor);
+  const bool has_steps = columns_.count > 0;
+  if (has_steps && assign(points, pixels))
+    return true;
+  if ((may_refit || has_steps) && fit(points) && assign(points, pixels))
+    return true;
+  columns_.count = 0;
+  return false;
+}
+
+/** \brief Finds depth, rows and columns among the axes. */
+bool
+CameraPixels::fit(const Points& points)
+{
+  for (int side = 0; side < 6; ++side) {
+    depth_axis_ = side / 2;
+    depth_sign_ = side % 2 == 0 ? 1.0 : -1.0;
+    for (const int other : {1, 2}) {
+      columns_.axis = (depth_axis_ + other) % 3;
+      rows_.axis = 3 - depth_axis_ - columns_.axis;
+      if (!setSlopes(points))
+        break;
+      if (hasRowsOfSteps() && findColumns() && findRows())
+        return true;
+    }
+  }
+  return false;
+}
+
+/** \brief Sets the slopes of all points but missing ones.
+ * \return false if points are beside or behind the camera, or too few there
+ */
+bool
+CameraPixels::setSlopes(const Points& points)
+{
+  along_row_.clear();
+  along_column_.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
+    if (depth > least_depth) {
+      along_row_.push_back(points.coordinate(i, columns_.axis) / depth);
+      along_column_.push_back(points.coordinate(i, rows_.axis) / depth);
+    }
+    else if (!points.isMissing(i))
+      return false;
+  }
+  return along_row_.size() >= least_points;
+}
+
+/** \brief Whether most neighbours in the cloud are about a step apart along one axis, and
+ * at one place on the other; sets the step. */
+bool
+CameraPixels::hasRowsOfSteps()
+{
+  const std::size_t count = along_row_.size();
+  std::vector<double> across;
+  std::vector<double> along;
+  for (std::size_t i = 1; i < count; ++i)
+    if (isChosen(i, count, enough)) {
+      across.push_back(std::abs(along_column_[i] - along_column_[i - 1]));
+      along.push_back(along_row_[i] - along_row_[i - 1]);
+    }
+  const double step = medianOf(along);
+  const auto of_a_step =
+      std::count_if(along.begin(), along.end(), [&](double distance) {
+        return std::abs(distance - step) < 0.6 * std::abs(step);
+      });
+  columns_.step = step;
+  return step != 0.0 && 2 * static_cast<std::size_t>(of_a_step) > along.size() &&
+         medianOf(across) < 0.5 * std::abs(step);
+}
+
+/** \brief Finds the columns, whose step is known roughly. */
+bool
+CameraPixels::findColumns()
+{
+  const std::size_t count = along_row_.size();
+  double& step = columns_.step;
+  refineStep(
+      [&](std::size_t places, const auto& add) {
+        for (std::size_t i = places; i < count; ++i)
+          if (isChosen(i, count, enough) &&
+              std::abs(along_column_[i] - along_column_[i - places]) <
+                  0.5 * std::abs(step))
+            add(along_row_[i] - along_row_[i - places]);
+      },
+      step);
+  std::vector<double> sample;
+  for (std::size_t i = 0; i < count; ++i)
+    if (isChosen(i, count, enough))
+      sample.push_back(along_row_[i]);
+  const auto [least, most] = std::minmax_element(along_row_.begin(), along_row_.end());
+  return setRange(sample, *least, *most, columns_);
+}
+
+/** \brief Finds the rows: one begins where the slopes of the columns go back. */
+bool
+CameraPixels::findRows()
+{
+  std::vector<double> slopes; // mean of each row
+  const auto add_row = [&](std::size_t begin, std::size_t end) {
+    const double sum =
+        std::accumulate(along_column_.begin() + static_cast<std::ptrdiff_t>(begin),
+                        along_column_.begin() + static_cast<std::ptrdiff_t>(end),
+                        0.0);
+    slopes.push_back(sum / static_cast<double>(end - begin));
+  };
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i < along_row_.size(); ++i)
+    if ((along_row_[i] - along_row_[i - 1]) / columns_.step < -0.6) {
+      add_row(begin, i);
+      begin = i;
+    }
+  add_row(begin, along_row_.size());
+  if (slopes.size() < least_rows)
+    return false;
+  std::vector<double> steps;
+  for (std::size_t row = 1; row < slopes.size(); ++row)
+    steps.push_back(slopes[row] - slopes[row - 1]);
+  double& step = rows_.step;
+  step = medianOf(steps);
+  // Pixels are hardly ever longer than wide.
+  const double ratio = std::abs(step / columns_.step);
+  if (!(ratio > 0.25 && ratio < 4.0))
+    return false;
+  refineStep(
+      [&](std::size_t places, const auto& add) {
+        for (std::size_t row = places; row < slopes.size(); ++row)
+          add(slopes[row] - slopes[row - places]);
+      },
+      step);
+  const auto [least, most] = std::minmax_element(slopes.begin(), slopes.end());
+  return setRange(slopes, *least, *most, rows_);
+}
+
+/** \brief Sets the pixels of all points.
+ * \return false if some are outside of the image or not in the order of their pixels, or
+ * many are between pixels
+ */
+bool
+CameraPixels::assign(const Points& points, std::vector<std::uint32_t>& pixels) const
+{
+  pixels.resize(points.size());
+  const double width = columns_.count - 0.5;
+  const double height = rows_.count - 0.5;
+  double off = 0.0;
+  std::uint32_t next = 0; // the least pixel that a point may be in
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
+    std::uint32_t pixel = next;
+    if (depth > least_depth) {
+      // From the upper left corner of the image.
+      const double right =
+          (points.coordinate(i, columns_.axis) / depth - columns_.begin) *
+              columns_.per_slope +
+          0.5;
+      const double down =
+          (points.coordinate(i, rows_.axis) / depth - rows_.begin) * rows_.per_slope +
+          0.5;
+      if (!(right >= 0.0 && right < width && down >= 0.0 && down < height))
+        return false;
+      const auto column = static_cast<std::uint32_t>(right);
+      const auto row = static_cast<std::uint32_t>(down);
+      off += std::abs(right - column - 0.5) + std::abs(down - row - 0.5);
+      pixel = row * columns_.count + column;
+      // Of two that seem to be in one pixel the second one is in the next.
+      if (pixel + 1 == next)
+        pixel = next;
+    }
+    else if (!points.isMissing(i))
+      return false;
+    if (pixel < next || pixel == columns_.count * rows_.count)
+      return false;
+    pixels[i] = pixel;
+    next = pixel + 1;
+  }
+  return off <= 2.0 * farthest_from_pixels * static_cast<double>(points.size());
+}
+
+void
+CameraPixels::releaseMemory()
+{
+  along_row_ = std::vector<double>();
+  along_column_ = std::vector<double>();
+}
+
+} // namespace pcl_ext::PCL_EXT_ABI::io
