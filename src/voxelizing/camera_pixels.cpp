@@ -19,6 +19,9 @@ constexpr std::size_t least_rows = 16;
 /** \brief Of points that are not missing, metres; see isAtSensor(). */
 constexpr double least_depth = 1e-6;
 
+/** \brief Cameras see less than 180 degrees. */
+constexpr double steepest = 50.0;
+
 /** \brief So many points or pairs of points are enough to tell a step. */
 constexpr std::size_t enough = 4096;
 
@@ -168,9 +171,12 @@ CameraPixels::setSlopes(const Points& points)
   along_column_.clear();
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
-    if (depth > least_depth) {
-      along_row_.push_back(points.coordinate(i, columns_.axis) / depth);
-      along_column_.push_back(points.coordinate(i, rows_.axis) / depth);
+    const double along_row = points.coordinate(i, columns_.axis) / depth;
+    const double along_column = points.coordinate(i, rows_.axis) / depth;
+    if (depth > least_depth && std::abs(along_row) <= steepest &&
+        std::abs(along_column) <= steepest) {
+      along_row_.push_back(along_row);
+      along_column_.push_back(along_column);
     }
     else if (!points.isMissing(i))
       return false;

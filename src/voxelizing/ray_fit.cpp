@@ -29,6 +29,19 @@ isStepKept(double fitted_step, double resolution)
   return fitted_step >= 0.45 * resolution;
 }
 
+/** \brief Step of depths, metres; 0: they have none. */
+double
+stepOf(const std::vector<double>& depths)
+{
+  for (const double step : depth_steps) {
+    double offset = 0.0;
+    if (coherence(depths, step, offset) > least_coherence &&
+        std::abs(offset) < 0.05 * step)
+      return step;
+  }
+  return 0.0;
+}
+
 /** \brief A camera's rays, its depth being along an axis.
  * \param[in] sign 1, or -1 for the other direction of the axis
  * \param[out] error median, metres
@@ -57,6 +70,39 @@ fitPlanar(const std::vector<PixelPoint>& points, int axis, double sign, double& 
   return rays;
 }
 
+/** \brief Column, row and 1 of a position, times its depth. */
+using Projection = Eigen::Matrix<double, 3, 4>;
+
+/** \brief The rays of a projection, unless points are behind it. */
+std::optional<PlanarFit>
+raysOf(Projection projection, const std::vector<PixelPoint>& points)
+{
+  const double length = projection.block<1, 3>(2, 0).norm();
+  projection /= length;
+  std::vector<double> depths;
+  std::ptrdiff_t ahead = 0;
+  for (const PixelPoint& point : points) {
+    depths.push_back(projection.row(2).dot(point.position.homogeneous()));
+    ahead += depths.back() > 0.0 ? 1 : -1;
+  }
+  if (ahead < 0) {
+    projection = -projection;
+    for (double& depth : depths)
+      depth = -depth;
+  }
+  Eigen::Matrix3d directions;
+  bool has_directions = false;
+  projection.leftCols<3>().computeInverseWithCheck(directions, has_directions);
+  if (!has_directions || !projection.allFinite() || !directions.allFinite() ||
+      5 * std::abs(ahead) < 4 * static_cast<std::ptrdiff_t>(points.size()))
+    return std::nullopt;
+  PlanarFit rays;
+  rays.origin = -directions * projection.col(3);
+  rays.plane << directions.col(2), directions.col(0), directions.col(1);
+  rays.depth_step = stepOf(depths);
+  return rays;
+}
+
 } // namespace
 
 std::optional<PlanarFit>
@@ -81,17 +127,66 @@ fitPlanar(const std::vector<PixelPoint>& points)
     std::vector<double> depths;
     for (const PixelPoint& point : ahead)
       depths.push_back(sign * point.position[axis]);
-    for (const double step : depth_steps) {
-      double offset = 0.0;
-      if (coherence(depths, step, offset) > least_coherence &&
-          std::abs(offset) < 0.05 * step) {
-        rays.depth_step = step;
-        break;
-      }
-    }
+    rays.depth_step = stepOf(depths);
     best = rays;
   }
   return best;
+}
+
+std::optional<PlanarFit>
+fitPlanarAnywhere(const std::vector<PixelPoint>& points)
+{
+  constexpr std::size_t least_points = 64;
+  if (points.size() < least_points)
+    return std::nullopt;
+  // About 1, as the equations are of squares.
+  const auto count = static_cast<double>(points.size());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const PixelPoint& point : points)
+    middle += point.position / count;
+  double extent = 0.0;
+  double pixels = 1.0;
+  for (const PixelPoint& point : points) {
+    extent += (point.position - middle).norm() / count;
+    pixels = std::max({pixels, double(point.column), double(point.row)});
+  }
+  if (!(extent > 0.0))
+    return std::nullopt;
+  Projection projection = Projection::Zero();
+  std::vector<double> errors(points.size());
+  double most = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < 4; ++round) {
+    Eigen::Matrix<double, 12, 12> squares = Eigen::Matrix<double, 12, 12>::Zero();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!(errors[i] <= most))
+        continue;
+      Eigen::Vector4d at;
+      at << (points[i].position - middle) / extent, 1.0;
+      Eigen::Matrix<double, 12, 2> equations;
+      equations << at, Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(), at,
+          -(points[i].column / pixels) * at, -(points[i].row / pixels) * at;
+      squares += equations * equations.transpose();
+    }
+    const Eigen::Matrix<double, 12, 1> best =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(squares)
+            .eigenvectors()
+            .col(0);
+    for (int row = 0; row < 3; ++row)
+      projection.row(row) = best.segment<4>(4 * row).transpose();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3d image =
+          projection * ((points[i].position - middle) / extent).homogeneous();
+      errors[i] =
+          finiteOrLargest(std::hypot(image.x() / image.z() - points[i].column / pixels,
+                                     image.y() / image.z() - points[i].row / pixels));
+    }
+    std::vector<double> sorted = errors;
+    most = 4.0 * medianSize(sorted);
+  }
+  projection.topRows<2>() *= pixels;
+  projection.leftCols<3>() /= extent;
+  projection.col(3) -= projection.leftCols<3>() * middle;
+  return raysOf(projection, points);
 }
 
 double
@@ -116,9 +211,10 @@ setPlanarRays(const PlanarFit& fit,
       !layout.is_on_lattice && !isStepKept(fit.depth_step, grid.resolution);
   const Eigen::Matrix3d plane =
       sensor_pose.linear() * fit.plane * (step / grid.resolution * 0x1p40);
+  const Eigen::Vector3d origin = sensor_pose * fit.origin;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto row = static_cast<int>(axis);
-    const double from_corner = sensor_pose.translation()[row] - grid.lowerCorner(axis);
+    const double from_corner = origin[row] - grid.lowerCorner(axis);
     rays.pose.origin[axis] = fixed(from_corner / grid.resolution, 0x1p16, 0x1p42);
     for (std::size_t i = 0; i < 3; ++i)
       rays.pose.vectors[i][axis] = fixed(plane(row, static_cast<int>(i)), 1.0, 0x1p46);

@@ -41,16 +41,24 @@ struct RowFit {
 
 /** \brief Rays of a camera, in its coordinates, metres. */
 struct PlanarFit {
-  Eigen::Matrix3d plane = Eigen::Matrix3d::Zero(); ///< columns as RayPose::vectors
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< of all rays
+  Eigen::Matrix3d plane = Eigen::Matrix3d::Zero();  ///< columns as RayPose::vectors
   /** \brief Distance of the depths that there are, metres; 0: depths of any size. */
   double depth_step = 0.0;
 };
 
-/** \brief Fits the rays of a camera.
+/** \brief Fits the rays of a camera at the origin that looks along an axis.
  * \return nothing if there are too few points for it
  */
 std::optional<PlanarFit>
 fitPlanar(const std::vector<PixelPoint>& points);
+
+/** \brief Fits the rays of a camera anywhere (direct linear transformation).
+ * \param[in] points finite
+ * \return nothing if there are too few points for it
+ */
+std::optional<PlanarFit>
+fitPlanarAnywhere(const std::vector<PixelPoint>& points);
 
 /** \brief The distance of the depths on rays, metres: that of the sensor, if it is
  * neither much smaller than an edge, which nobody sees, nor too large for a scan. */

@@ -363,9 +363,13 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   const bool has_many_more = cloud_.size() > 2 * fitted_points_;
   if (append_all()) {
     const double share = share_beside();
-    if (!refits || (!has_many_more && share <= growth * fitted_share_ + least_growth)) {
-      // Less than that is not worth an I-frame.
-      wants_other_rays_ = share > 1.5 * fitted_share_ + 0.2;
+    // Less than that is not worth an I-frame.
+    const bool are_far = share > 1.5 * fitted_share_ + 0.2;
+    // Those of a camera may be anywhere in each frame.
+    const bool refits_now = refits || (are_far && rays_.arePlanar());
+    if (!refits_now ||
+        (!has_many_more && share <= growth * fitted_share_ + least_growth)) {
+      wants_other_rays_ = are_far;
       return true;
     }
   }

@@ -194,13 +194,20 @@ SensorRays::fitImage(const std::vector<PixelPoint>& points,
   scan::ScanLayout layout;
   layout.width = size.width;
   layout.height = size.height;
-  planar_ = fitPlanar(sample);
-  const double of_planar = planar_ && setPlanarRays(*planar_, pose, grid, layout)
-                               ? distanceFromRays(sample, pose, grid, layout)
-                               : far;
   constexpr double near = 0.25;
-  if (of_planar <= near)
-    return;
+  double of_planar = far;
+  for (const auto fit : {fitPlanar, fitPlanarAnywhere}) {
+    const std::optional<PlanarFit> found = fit(sample);
+    const double distance = found && setPlanarRays(*found, pose, grid, layout)
+                                ? distanceFromRays(sample, pose, grid, layout)
+                                : far;
+    if (distance < of_planar) {
+      planar_ = found;
+      of_planar = distance;
+    }
+    if (of_planar <= near)
+      return;
+  }
   spinning_ = fitEvenSpinning(points, size, std::nullopt);
   const double of_spinning =
       spinning_ && setSpinningRays(*spinning_, pose, grid, layout)
@@ -210,8 +217,6 @@ SensorRays::fitImage(const std::vector<PixelPoint>& points,
     planar_.reset();
   else
     spinning_.reset();
-  if (of_planar == far)
-    planar_.reset();
 }
 
 bool

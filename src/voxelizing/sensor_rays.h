@@ -38,6 +38,13 @@ public:
   bool
   areOf(const scan::ScanLayout& layout) const;
 
+  /** \brief Whether they are those of a camera. */
+  bool
+  arePlanar() const
+  {
+    return planar_.has_value();
+  }
+
   /** \brief Sets the rays of a cloud's scan.
    * \param[in,out] frame grid, size and order are given
    * \return whether they are within their ranges

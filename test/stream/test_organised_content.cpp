@@ -159,17 +159,17 @@ TEST_P(ContentOfOrganisedClouds, GoesOnBehindCloudsWithoutPoints)
 
 TEST_P(ContentOfOrganisedClouds, ThatRaysNoLongerFitTakesAnIFrame)
 {
-  // A camera that turns, whose pose nobody tells.
+  // A lidar that tilts, whose pose nobody tells.
   EncoderSettings settings = fineSettings(GetParam());
   settings.i_frame_rate = 100;
-  settings.bounding_box = BoundingBox{{-4.0, -4.0, -4.0}, {8.0, 8.0, 8.0}};
+  settings.bounding_box = BoundingBox{{-8.0, -8.0, -8.0}, {8.0, 8.0, 8.0}};
   CloudEncoder encoder(settings, IntensityUnit::None);
   FrameDecoder decoder;
   std::vector<bool> are_i_frames;
   for (int i = 0; i < 4; ++i) {
     WorldPose pose = WorldPose::Identity();
-    pose.rotate(Eigen::AngleAxisd(i < 2 ? 0.0 : 0.3, Eigen::Vector3d::UnitZ()));
-    OrganisedCloud cloud = cameraCloud(pose, 1);
+    pose.rotate(Eigen::AngleAxisd(i < 2 ? 0.0 : 0.1, Eigen::Vector3d::UnitX()));
+    OrganisedCloud cloud = lidarCloud(pose, 1);
     cloud.pose = WorldPose::Identity();
     expectCloud(encoder, decoder, cloud);
     are_i_frames.push_back(encoder.statistics().coding.is_i_frame);
