@@ -37,7 +37,8 @@ export interface Damage {
 /** A frame as it is found when a recording is indexed. */
 export interface FoundFrame {
   stream: number;
-  place: FramePlace;
+  /** Null: it is lost, and no more is known than that it was there. */
+  place: FramePlace | null;
   /** Nanoseconds; null: unknown, the frame has the time of the one before. */
   time: bigint | null;
   bytes: number;

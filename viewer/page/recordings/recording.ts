@@ -22,7 +22,7 @@ const longestStepBack = 1_000_000_000n;
 const leastInterval = 1000n;
 
 export interface IndexedFrame {
-  place: FramePlace;
+  place: FramePlace | null; // null: it is lost
   time: bigint; // above that of the frame before it in its stream
   isIFrame: boolean;
 }
@@ -177,7 +177,8 @@ export class Recording implements RecordingListener {
   }
 
   async read(stream: number, number: number): Promise<ReadFrame> {
-    const place = this.frames[stream][number].place;
+    const { place } = this.frames[stream][number];
+    if (!place) throw new SourceError("the part of the file that had this frame is damaged");
     const bytes = place.chunk
       ? (await this.chunkOf(place)).subarray(place.offset, place.offset + place.length)
       : await this.files[place.file].read(place.offset, place.length);
