@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
-import { cellRecording, cubeRecording, decodedByProgram } from "./support/fixtures.mjs";
+import { cellRecording, cloudRecording, cubeRecording, decodedByProgram } from "./support/fixtures.mjs";
 
 before(startBrowser);
 after(stopBrowser);
@@ -127,5 +127,15 @@ test("a click on a voxel tells its position, intensity and stream", async () => 
   assert.match(text, /Stream\ncell_sensor_[12]/);
   await page.keyboard.press("Escape");
   assert.equal(await details.isVisible(), false);
+  await page.finish();
+});
+
+test("points in order are drawn as the voxels that they lie in, and the time line counts points", async () => {
+  const page = await openViewer();
+  await openFiles(page, cloudRecording("in_order", ["0.2 0 0", "0.3 0 0", "5 0 0"], "-r", 1, "--law", "none", "--keep-order"));
+  assert.deepEqual(await drawnVoxels(page, 0), [[0.5, 0.5, 0.5], [5.5, 0.5, 0.5]].map(keyOf));
+  const plot = page.locator(".plot-legend");
+  await page.until(() => document.querySelector(".plot-scale").textContent !== "");
+  assert.match(await plot.innerText(), /\bpoints\b[^]* 3 points$/);
   await page.finish();
 });

@@ -47,7 +47,8 @@ export interface FrameBatch {
   streams: Uint16Array;
   times: Float64Array; // seconds since `startTime`
   bytes: Uint32Array;
-  voxels: Uint32Array;
+  voxels: Uint32Array; // or points, where hasPoints is 1
+  hasPoints: Uint8Array;
   isIFrame: Uint8Array;
   /** 1 where frames before this one are missing, or its header cannot be read. */
   isGap: Uint8Array;

@@ -45,7 +45,8 @@ export interface FoundFrame {
   isIFrame: boolean;
   /** Number that the encoder gave it; null where its header cannot be read. */
   number: number | null;
-  voxels: number;
+  voxels: number; // or points, if it has these in order
+  hasPoints: boolean;
 }
 
 export interface RecordedStream {

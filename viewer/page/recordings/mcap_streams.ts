@@ -81,7 +81,7 @@ export class McapStreams {
   private addLostFrames(file: number, channel: Channel): number {
     const stream = (channel.stream ??= this.streamOf(file, channel));
     for (const time of channel.lostTimes.splice(0))
-      this.listener.addFrame({ stream, place: null, time, bytes: 0, isIFrame: false, number: null, voxels: 0 });
+      this.listener.addFrame({ stream, place: null, time, bytes: 0, isIFrame: false, number: null, voxels: 0, hasPoints: false });
     return stream;
   }
 
@@ -109,6 +109,7 @@ export class McapStreams {
       isIFrame: status.ok && description !== null && description.kind === "I",
       number: status.ok && description ? description.frameNumber : null,
       voxels: description?.voxels ?? 0,
+      hasPoints: description?.hasPointsInOrder ?? false,
     });
   }
 
