@@ -10,7 +10,7 @@ import { isStaticTopic, isTransformType, readTransforms } from "./transform_mess
 import type { Transforms } from "./transforms";
 
 export const compressedCloudType = "point_cloud_interfaces/msg/CompressedPointCloud2";
-const plainCloudType = "sensor_msgs/msg/PointCloud2";
+const plainCloudTypes = ["sensor_msgs/msg/PointCloud2", "sensor_msgs/PointCloud2"]; // of ROS 2 and ROS 1
 
 interface Channel {
   topic: string;
@@ -141,7 +141,7 @@ export class McapStreams {
   otherClouds(): string | null {
     const all = [...this.channels.values()];
     const foreign = all.filter((c) => c.format !== null && !isOurs(c.format));
-    const plain = all.filter((c) => c.type === plainCloudType);
+    const plain = all.filter((c) => plainCloudTypes.includes(c.type));
     const parts: string[] = [];
     if (foreign.length)
       parts.push(
