@@ -67,6 +67,36 @@ test("the outlier filter keeps the voxels that the program keeps", async () => {
   await page.finish();
 });
 
+/** Points "x y z ring" of a turning lidar between walls, before some of which is snow. */
+function lidarPoints() {
+  const points = [];
+  for (let column = 0; column < 720; ++column)
+    for (let ring = 0; ring < 16; ++ring) {
+      const [azimuth, elevation] = [(column * Math.PI) / 360, ((2 * ring - 15) * Math.PI) / 180];
+      const wall = 5 / Math.max(Math.abs(Math.cos(azimuth)), Math.abs(Math.sin(azimuth)));
+      const range = (5 * (column + 7 * ring)) % 211 === 0 ? wall / 2 : wall;
+      const place = [range * Math.cos(azimuth), range * Math.sin(azimuth), range * Math.tan(elevation)];
+      points.push(`${place.map((value) => value.toFixed(4)).join(" ")} ${ring}`);
+    }
+  return points;
+}
+
+test("of a lidar's points in order the outlier filter keeps the voxels that the program keeps", async () => {
+  const edge = 0.2;
+  const path = cloudRecording("lidar", lidarPoints(), "-r", edge, "--keep-order");
+  const voxelsOf = ([points]) => [...new Set(points.map((point) => point.slice(0, 3).map((value) => Math.floor(value / edge)).join()))].sort();
+  const [all, kept] = [[], ["--remove-outliers"]].map((options) => voxelsOf(decodedByProgram(path, ...options)[0]));
+  assert.ok(kept.length < all.length && kept.length > 0.8 * all.length, `${kept.length} of ${all.length}`);
+  const page = await openViewer();
+  await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true }));
+  await openFiles(page, path);
+  const positions = await page.ask(() => window.pclExtViewer.positions(0));
+  const drawn = [];
+  for (let i = 0; i < positions.length; i += 3) drawn.push(positions.slice(i, i + 3));
+  assert.deepEqual(voxelsOf([drawn]), kept);
+  await page.finish();
+});
+
 test("noise that is coloured stays in the picture, and streams can be switched off", async () => {
   const page = await openCell();
   await page.evaluate(() => window.pclExtViewer.set({ threshold: 2, noise: "colour" }));

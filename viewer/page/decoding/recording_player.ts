@@ -12,8 +12,9 @@ import type { BufferPool } from "./packed_voxels";
 import { ShownFrameCache } from "./shown_frame_cache";
 import { StreamDecoder, densityUnitOf } from "./stream_decoder";
 
-/** Frames before a wanted one that the outlier filter must have seen to judge as in a run from the start. */
-const filterMemory = 8;
+/** Frames before a wanted one that the outlier filter sees, as many as its running means have: then it judges few voxels
+ * otherwise than in a run from the start, 4 of 18,000 of the robot cell's. */
+const filterMemory = 16;
 
 /** Of a decoder that no frame follows. */
 const noFrame = Number.MAX_SAFE_INTEGER;
