@@ -33,7 +33,7 @@ const msToFigures = 50;
 /** What numbers of voxels depend on. */
 const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
-/** Why nothing of a stream is drawn, or that it is old; null if all is well.
+/** Why nothing of a stream is drawn or not all of it, or that it is old; null if all is well.
  * @param wasTried frames of a recording were read since it was opened
  */
 function noteOf({ shown, description, arrivals }: StreamView, state: ViewerState, wasTried: boolean, now: number): string | null {
@@ -42,7 +42,7 @@ function noteOf({ shown, description, arrivals }: StreamView, state: ViewerState
   const silence = source === "live" && shown && !hasEnded ? arrivals.silence(now) : null;
   if (silence !== null) return `No frames for ${formatSilence(silence)}`;
   if (shown?.problem) return `Not shown: ${shown.problem}`;
-  if (shown) return shown.placement?.problem ?? null;
+  if (shown) return shown.placement?.problem ?? shown.warning;
   if (source !== "live") return wasTried && indexedShare === 1 ? "No frame could be read" : null;
   return isFrozen && arrivals.age(now) !== null ? "Shown when the picture goes on" : "No frame has come yet";
 }

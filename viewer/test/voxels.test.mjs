@@ -169,3 +169,12 @@ test("points in order are drawn as the voxels that they lie in, and the time lin
   assert.match(await plot.innerText(), /\bpoints\b[^]* 3 points$/);
   await page.finish();
 });
+
+test("points that are too far away for the grid of voxels are not left out without a word", async () => {
+  const page = await openViewer();
+  const near = Array.from({ length: 100 }, (_, i) => `${0.17 * i} ${(0.61 * i) % 3} ${(0.013 * i).toFixed(3)}`);
+  await openFiles(page, cloudRecording("far_point", [...near, "60000 0 0"], "-r", 0.01, "--law", "none", "--keep-order"));
+  assert.equal((await page.ask(() => window.pclExtViewer.counts())).all, 100);
+  await page.locator(".stream-note", { hasText: /^1 points? .* left out/ }).waitFor();
+  await page.finish();
+});

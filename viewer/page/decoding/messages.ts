@@ -77,6 +77,8 @@ export interface ShownFrame {
   /** Null: nothing is drawn, for the reason in `problem`. */
   voxels: PackedVoxels | null;
   problem: string | null;
+  /** What of the frame is not drawn. */
+  warning: string | null;
   /** The outlier filter's remark on this frame. */
   filterProblem: string | null;
   frameId: string | null;

@@ -225,7 +225,7 @@ export class RecordingPlayer {
   private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {
     return {
       stream, number, time, problem,
-      voxels: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
+      voxels: null, warning: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
       fields: [], isIFrame: false, bytes: 0, decodeMs: 0,
     };
   }

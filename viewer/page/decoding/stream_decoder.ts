@@ -86,6 +86,7 @@ export class StreamDecoder {
       time: frame.time,
       voxels: null,
       problem: status.ok ? null : status.message,
+      warning: (status.ok && status.message) || null,
       filterProblem: null,
       frameId: frame.frameId,
       stamp: frame.stamp,
