@@ -229,5 +229,6 @@ export class TimelineView {
     const most = Math.round(scale.voxels);
     this.scale.textContent = `means up to ${rateText(this.index, scale.bytesPerSecond)} and ` +
       `${formatCount(most)} ${most === 1 ? counted.replace(/s$/, "") : counted}`;
+    this.scale.title = this.scale.textContent;
   }
 }
