@@ -163,7 +163,7 @@ export class StreamsOnScreen {
   }
 
   private showVoxels(stream: number, frame: ShownFrame | null): void {
-    const { resolution = 0, time = 0, placement } = frame ?? {};
+    const { resolution = 0, time = -Infinity, placement } = frame ?? {};
     const before = this.scene.show(stream, frame?.voxels ?? null, { resolution, time, pose: placement?.pose }, this.store.get());
     if (before) this.recycle(before);
   }

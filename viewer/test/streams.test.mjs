@@ -104,10 +104,13 @@ test("a stream that begins later is not drawn before its first frame, also after
   await openFiles(viewer, pathInFolder("later.mcap"));
   await untilIndexed(viewer);
   const frames = () => viewer.ask(() => window.pclExtViewer.streams().map(({ number, voxels }) => [number, voxels > 0]));
-  await seek(viewer, 15);
+  await viewer.evaluate(() => window.pclExtViewer.set({ decaySeconds: 3 }));
+  for (const moment of [14, 15]) await seek(viewer, moment);
+  assert.ok((await viewer.ask(() => window.pclExtViewer.pastPositions(1))).length > 0);
   assert.deepEqual(await frames(), [[15, true], [5, true]]);
   await seek(viewer, 3);
   assert.deepEqual(await frames(), [[3, true], [null, false]]);
+  assert.deepEqual(await viewer.ask(() => window.pclExtViewer.pastPositions(1)), []);
   await viewer.locator(".stream-note", { hasText: /^Begins at 0\.50 s$/ }).waitFor();
   await viewer.finish();
 });
