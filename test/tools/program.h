@@ -41,6 +41,10 @@ struct ProgramRun {
   std::string errors;
 };
 
+/** \brief As much of the viewer's page as the program looks for. */
+constexpr char view_page[] =
+    "<html><head></head><body><script id=\"pcl-ext-codec\"></script></body></html>";
+
 /** \brief The program that is tested: that of the environment variable PCL_EXT_PROGRAM,
  * else that of this build. */
 std::string

@@ -45,7 +45,7 @@ class View:
     def __enter__(self):
         self.folder = tempfile.TemporaryDirectory()
         page = pathlib.Path(self.folder.name) / "page.html"
-        page.write_text("<html><body></body></html>")
+        page.write_text('<body><script id="pcl-ext-codec"></script></body>')
         self.program = subprocess.Popen(
             [PROGRAM, "view", "--cell", "--sensors", "2", "--no-browser", "--port", "0", "--page", page],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

@@ -178,7 +178,7 @@ TEST_F(ProgramRos1Bags, OfTheCompressorAreRecordings)
       EXPECT_EQ(streams[0].frames[i].frame_id, "lidar");
     }
   }
-  writeBytes(folder / "page.html", {'a'});
+  writeText(folder / "page.html", view_page);
   expectFailure(
       "view x.bag --no-browser --page page.html", 1, "copy it with 'pcl_ext cut x.bag");
   expectRun("info x.bag");

@@ -46,7 +46,7 @@ protected:
               "VERSION .7\nFIELDS x y z ring time:gps\nSIZE 4 4 4 2 8\nTYPE F F F U F\n"
               "COUNT 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\nDATA ascii\n"
               "1 0 0 0 .1\n2 0 0 1 .2\n");
-    writeText("page.html", "x");
+    writeText("page.html", view_page);
     writeText("x.json", "");
     recordTwoStreams(folder / "two.mcap");
     writeBag(folder / "bag.mcap", 2);

@@ -312,7 +312,7 @@ TEST_F(ProgramSite, OnTheExampleOfAServerASensorMaySendAndNotListen)
 TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
 {
   const NatsServer server;
-  writeBytes(folder / "page.html", {'x'});
+  writeText(folder / "page.html", view_page);
   Receiving receiving(folder,
                       "receive",
                       at(server) + "--view --no-browser --page page.html -o all.mcap "

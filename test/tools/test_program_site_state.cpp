@@ -45,7 +45,7 @@ using ProgramSiteState = ProgramTest;
 TEST_F(ProgramSiteState, ThePageAndTheMetricsTellThatTheServerIsGone)
 {
   NatsServer server;
-  writeBytes(folder / "page.html", {'x'});
+  writeText(folder / "page.html", view_page);
   const std::uint16_t page_port = freePort();
   const std::uint16_t metrics_port = freePort();
   Receiving receiving(folder,

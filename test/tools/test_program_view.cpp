@@ -179,10 +179,11 @@ TEST_F(ProgramView, APageWithTheRecordingIsExported)
     EXPECT_EQ(result.output.rfind("out.html: the page with ", 0), 0u) << result.output;
     const std::string html = textOf(folder / "out.html");
     const std::string before =
-        "<html><head></head><body class=\"x\"><script "
+        "<html><head></head><body><script "
         "type=\"application/octet-stream;base64\" "
         "id=\"pcl-ext-recording\" data-name=\"a&amp;b&lt;&quot;c'.pcxi\">";
-    const std::string after = "</script><p></body></html>";
+    const std::string after =
+        "</script><script id=\"pcl-ext-codec\"></script></body></html>";
     ASSERT_EQ(html.rfind(before, 0), 0u) << html.substr(0, 300);
     ASSERT_EQ(html.substr(html.size() - after.size()), after);
     writeText(folder / "base64",
@@ -198,7 +199,9 @@ TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
   recordTwoStreams(folder / "x.mcap");
   recordFolder(folder, "bag");
   writeClouds("room", roomClouds(1));
-  writeText(folder / "empty.html", "nothing");
+  writeText(folder / "other.html", "<html><body></body></html>");
+  writeText(folder / "used.html",
+            std::string(view_page) + "<script id=\"pcl-ext-recording\">");
   writeText(folder / "page.html", view_page);
   fs::create_directory(folder / "empty");
   record({knownStream(0, 3, 5)}, folder / "large.pcxi");
@@ -214,6 +217,8 @@ TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
        {"view room/000.pcd" + page, 1, "is not a recording"},
        {"view room" + page, 1, "room"},
        {"view x.mcap --page no.html", 1, "the page 'no.html' cannot be"},
+       {"view x.mcap --page other.html", 1, "'other.html' is not the viewer's page"},
+       {"view x.mcap --page used.html", 1, "'used.html' has a recording in it"},
        {"view" + page, 2, "name a recording, - or --cell"},
        {"view x.mcap --cell" + page, 2, "without a recording"},
        {"view x.mcap --resolution 0.1" + page, 2, "requires --cell"},
@@ -226,7 +231,9 @@ TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
        {"view bag" + out, 1, "pcl_ext merge bag -o one.mcap"},
        {"view -" + out, 2, "not -"},
        {"view missing.mcap" + out, 1, "missing.mcap"},
-       {"view x.mcap --page empty.html --export out.html", 1, "no <body>"},
+       {"view x.mcap --page other.html --export out.html",
+        1,
+        "'other.html' is not the viewer's page"},
        {"view x.mcap --export x.mcap" + page, 2, "is an input"},
        {"view x.mcap --export no/out.html" + page, 1, "no/out.html"},
        {"view x.mcap --export empty" + page, 2, "'empty' is a folder"},

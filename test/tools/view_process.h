@@ -18,9 +18,6 @@ namespace pcl_ext {
 namespace tools {
 namespace test {
 
-/** \brief The page that ViewProcess writes. */
-constexpr char view_page[] = "<html><head></head><body class=\"x\"><p></body></html>";
-
 /** \brief A run of pcl_ext view that serves until it is told to end. */
 class ViewProcess : public BackgroundProgram {
 public:

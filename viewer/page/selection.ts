@@ -18,10 +18,6 @@ interface PickedVoxel extends MarkedVoxel {
   voxel: number | null;
 }
 
-function positionText([x, y, z]: readonly number[]): string {
-  return `${x.toFixed(3)}, ${y.toFixed(3)}, ${formatMetres(z)}`;
-}
-
 function distanceBetween(a: PickedVoxel, b: PickedVoxel): number {
   return Math.hypot(...a.place.map((value, axis) => b.place[axis] - value));
 }
@@ -90,7 +86,7 @@ export class Selection {
     const [first, second] = this.picked;
     const last = second ?? first;
     const distance = second ? distanceBetween(first, second) : null;
-    this.scene.mark(this.picked, distance === null ? "" : formatMetres(distance));
+    this.scene.mark(this.picked, distance === null ? "" : formatMetres([distance], last.edge));
     if (!last) {
       this.details.show(null);
       return;
@@ -98,14 +94,15 @@ export class Selection {
     const rows = this.rowsOf(last);
     if (distance !== null) {
       const steps = first.place.map((value, axis) => last.place[axis] - value);
-      rows.push(["From", positionText(first.place)], ["Distance", formatMetres(distance)], ["Along x, y, z", positionText(steps)]);
+      rows.push(["From", formatMetres(first.place, first.edge)], ["Distance", formatMetres([distance], last.edge)],
+        ["Along x, y, z", formatMetres(steps, last.edge)]);
     }
     this.details.show(rows, this.isMeasuring);
   }
 
-  private rowsOf({ stream, voxel, place }: PickedVoxel): Row[] {
+  private rowsOf({ stream, voxel, place, edge }: PickedVoxel): Row[] {
     const { description } = this.streams[stream];
-    const rows: Row[] = [["Position", positionText(place)], ["Stream", shortName(description.name)]];
+    const rows: Row[] = [["Position", formatMetres(place, edge)], ["Stream", shortName(description.name)]];
     const layer = this.scene.layers[stream];
     if (voxel === null || !layer.arrays) return [...rows, ["Voxel", "not in this frame"]];
     const { arrays, voxels } = layer;

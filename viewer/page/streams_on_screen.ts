@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import type { ControlPanel } from "./controls/control_panel";
 import type { Notices } from "./controls/notices";
-import { formatBytesPerSecond, formatCount, formatCounted, formatSilence } from "./controls/number_format";
+import { formatBytesPerSecond, formatCount, formatCounted, formatSeconds, formatSilence } from "./controls/number_format";
 import type { VoxelDetails } from "./controls/voxel_details";
 import type { DecodingSettings, ShownFrame, StreamDescription } from "./decoding/messages";
 import { guessUp } from "./guessed_up";
@@ -33,16 +33,20 @@ const msToFigures = 50;
 /** What numbers of voxels depend on. */
 const figureKeys = ["threshold", "hiddenStreams", "noise", "removesOutliers", "cutAbove", "cutBelow"] as const;
 
-/** Why nothing of a stream is drawn, or that it is old; null if all is well.
+/** Why nothing of a stream is drawn or not all of it, or that it is old; null if all is well.
  * @param wasTried frames of a recording were read since it was opened
+ * @param begin seconds from the start to the stream's first frame; undefined: it has none
  */
-function noteOf({ shown, description, arrivals }: StreamView, state: ViewerState, wasTried: boolean, now: number): string | null {
+function noteOf(
+  { shown, description, arrivals }: StreamView, state: ViewerState, wasTried: boolean, begin: number | undefined, now: number,
+): string | null {
   const { source, hasEnded, isFrozen, indexedShare } = state;
   if (description.isGone) return "The source no longer has this stream";
   const silence = source === "live" && shown && !hasEnded ? arrivals.silence(now) : null;
   if (silence !== null) return `No frames for ${formatSilence(silence)}`;
   if (shown?.problem) return `Not shown: ${shown.problem}`;
-  if (shown) return shown.placement?.problem ?? null;
+  if (shown) return shown.placement?.problem ?? shown.warning;
+  if (source !== "live" && wasTried && begin !== undefined) return `Begins at ${formatSeconds(begin)}`;
   if (source !== "live") return wasTried && indexedShare === 1 ? "No frame could be read" : null;
   return isFrozen && arrivals.age(now) !== null ? "Shown when the picture goes on" : "No frame has come yet";
 }
@@ -132,11 +136,12 @@ export class StreamsOnScreen {
 
   /** Shows nothing of streams that the source has no more. */
   removeGone(): void {
-    this.streams.forEach((stream, i) => {
-      if (!stream.description.isGone) return;
-      stream.shown = null;
-      this.showVoxels(i, null);
-    });
+    this.streams.forEach(({ description }, i) => description.isGone && this.hide(i));
+  }
+
+  private hide(stream: number): void {
+    this.streams[stream].shown = null;
+    this.showVoxels(stream, null);
   }
 
   private showSensors(): void {
@@ -158,7 +163,7 @@ export class StreamsOnScreen {
   }
 
   private showVoxels(stream: number, frame: ShownFrame | null): void {
-    const { resolution = 0, time = 0, placement } = frame ?? {};
+    const { resolution = 0, time = -Infinity, placement } = frame ?? {};
     const before = this.scene.show(stream, frame?.voxels ?? null, { resolution, time, pose: placement?.pose }, this.store.get());
     if (before) this.recycle(before);
   }
@@ -180,6 +185,10 @@ export class StreamsOnScreen {
       if (frame.problem && this.store.get().source === "recording") this.index.markLost(frame.stream, frame.number);
       if (frame.filterProblem) this.lastFilterRemark = frame.filterProblem;
     }
+    const { source, moment } = this.store.get();
+    // Streams that begin later.
+    if (source === "recording")
+      this.streams.forEach(({ shown }, i) => shown && this.index.frameAt(i, moment) < 0 && this.hide(i));
     this.wasTried = true;
     if (frames.length === 0) return;
     if (!this.axis || !this.hasFitted || this.axisKey !== views.contentsKey(this.streams)) this.chooseAxis();
@@ -354,7 +363,9 @@ export class StreamsOnScreen {
     const now = performance.now();
     const isLive = state.source === "live";
     this.streams.forEach((stream, i) => {
-      this.panel.streams.setNote(i, noteOf(stream, state, this.wasTried, now));
+      const first = this.index.streams[i]?.times[0];
+      const begin = first === undefined ? first : first - (this.index.moments[0] ?? 0);
+      this.panel.streams.setNote(i, noteOf(stream, state, this.wasTried, begin, now));
       this.panel.streams.setAge(i, isLive ? stream.arrivals.age(now) : null);
     });
     this.rate.textContent = isLive

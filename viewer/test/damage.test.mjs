@@ -6,7 +6,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
-import { rewritten, withFlippedByte } from "./support/changed_recordings.mjs";
+import { recordsOf, rewritten, withFlippedByte } from "./support/changed_recordings.mjs";
 import { cellRecording, decodedByProgram, frameFile, pathInFolder, pclExt } from "./support/fixtures.mjs";
 
 before(startBrowser);
@@ -30,6 +30,10 @@ function framesByProgram(path) {
   } catch (error) {
     return JSON.parse(error.stdout).streams.map(({ frames }) => frames); // exit status 1 tells of damage
   }
+}
+
+function firstChunkOf(bytes) {
+  return recordsOf(bytes).find(({ opcode }) => opcode === 6).at;
 }
 
 for (const share of [0.35, 0.8, 0.995])
@@ -89,6 +93,58 @@ test("a byte that has changed in a chunk loses that chunk, and it is said where"
     if (problem || number === null) assert.deepEqual(voxels, []);
     else assert.deepEqual(voxels, decoded[name.endsWith("1") ? 0 : 1][number].map(keyOf).sort());
   }
+  await page.finish();
+});
+
+/** Where the time line is red, of some shares of its width. */
+function lossesAt(page, shares) {
+  return page.evaluate((wanted) => {
+    const canvas = document.querySelector(".track canvas");
+    const colourAt = (context, x, y) => [...context.getImageData(x, y, 1, 1).data].join();
+    const sample = new OffscreenCanvas(1, 1).getContext("2d");
+    sample.fillStyle = getComputedStyle(document.querySelector(".timeline")).getPropertyValue("--danger");
+    sample.fillRect(0, 0, 1, 1);
+    return wanted.filter((share) =>
+      colourAt(canvas.getContext("2d"), Math.round(share * canvas.width), canvas.height - 2) === colourAt(sample, 0, 0));
+  }, shares);
+}
+
+test("frames of a damaged first chunk are counted and red, and those after it keep times and numbers", async () => {
+  pclExt("demo", "-n", 30, "--sensors", 1, "--i-frame-rate", 10, "-o", pathInFolder("ten"), "-q");
+  const path = pathInFolder("ten/cell.mcap");
+  const bytes = readFileSync(path);
+  const decoded = decodedByProgram(path)[0];
+  // The chunk has the description of the channel, and the I-frame of the next ten frames.
+  const compressed = await rewritten(path, { compression: "lz4", chunkSize: 100_000 });
+  for (const [damage, damaged] of Object.entries({
+    "a byte": withFlippedByte(bytes, firstChunkOf(bytes) + 1000),
+    "its length": withFlippedByte(bytes, firstChunkOf(bytes) + 7),
+    "with the channel": withFlippedByte(compressed, firstChunkOf(compressed) + 1000),
+  })) {
+    writeFileSync(pathInFolder("first_chunk.mcap"), damaged);
+    const page = await openViewer();
+    await page.setInputFiles("input[type=file]", pathInFolder("first_chunk.mcap"));
+    await page.until(() => window.pclExtViewer.state().indexedShare === 1 && window.pclExtViewer.streams().length === 1);
+    assert.equal(await page.ask(() => window.pclExtViewer.moments()), 30, damage);
+    assert.match(await page.locator(".times").innerText(), /\/ 1\.45 s/, damage);
+    assert.deepEqual(await lossesAt(page, [0.1, 0.95]), [0.1], damage);
+    await seek(page, 3);
+    const [{ problem }] = await page.ask(() => window.pclExtViewer.streams());
+    assert.equal(problem, "the part of the file that had this frame is damaged", damage);
+    await seek(page, 29);
+    assert.deepEqual(await drawnVoxels(page, 0), decoded[29].map(keyOf).sort(), damage);
+    await page.finish();
+  }
+});
+
+test("a recording whose chunks are all damaged is refused", async () => {
+  let bytes = readFileSync(recording);
+  for (const { at, opcode } of recordsOf(bytes)) if (opcode === 6) bytes = withFlippedByte(bytes, at + 1000);
+  const path = pathInFolder("all_chunks.mcap");
+  writeFileSync(path, bytes);
+  const page = await openViewer();
+  await page.setInputFiles("input[type=file]", path);
+  assert.match(await page.notice("error").innerText(), /None of its frames can be read/);
   await page.finish();
 });
 

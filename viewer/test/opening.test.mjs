@@ -7,6 +7,7 @@ import { after, before, test } from "node:test";
 
 import { drawnVoxels, openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
 import { rewritten } from "./support/changed_recordings.mjs";
+import { beginMcap } from "./support/mcap_file.mjs";
 import { cellRecording, cloudRecording, frameFile, pagePath, pathInFolder } from "./support/fixtures.mjs";
 import { serveFiles } from "./support/servers.mjs";
 
@@ -123,12 +124,21 @@ test("recordings of other recorders show the same voxels: lz4, zstd, without chu
 test("files that are no recording are told in words, and the page goes on", async () => {
   const draco = pathInFolder("draco.mcap");
   writeFileSync(draco, await rewritten(recording, { changeFormat: "cloudin" }));
+  const { writer, bytes: ofRos1 } = await beginMcap();
+  const schemaId = await writer.registerSchema({ name: "sensor_msgs/PointCloud2", encoding: "ros1msg", data: new Uint8Array() });
+  await writer.registerChannel({ schemaId, topic: "/points", messageEncoding: "ros1", metadata: new Map() });
+  await writer.addMessage({ channelId: 0, sequence: 0, logTime: 1n, publishTime: 1n, data: new Uint8Array(8) });
+  await writer.end();
   const cases = [
     ["notes.txt", Buffer.from("These are only some notes about clouds. ".repeat(200)), /not a recording/],
     ["empty.mcap", Buffer.alloc(0), /empty/],
     ["cloud.pcd", Buffer.from("# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z\n"), /not a recording/],
     ["other.mcap", readFileSync(draco), /cell_sensor_1 \(cloudin\).*another\s+format/s],
     ["zeros.pcxi", Buffer.alloc(100_000), /not a recording/],
+    ["bag_0.db3", Buffer.from("SQLite format 3\0".padEnd(8192, "\0")), /the storage sqlite3.*pcl_ext cut bag_0\.db3/s],
+    ["old.bag", Buffer.from("#ROSBAG V2.0\n".padEnd(8192, " ")), /a bag of ROS 1.*“pcl_ext encode”/s],
+    ["bag_0.mcap.zstd", Buffer.from([0x28, 0xb5, 0x2f, 0xfd, ...Buffer.alloc(5000)]), /compressed by file/],
+    ["ros1.mcap", ofRos1(), /\/points: not compressed; “pcl_ext encode”/],
   ];
   const viewer = await openViewer();
   for (const [name, bytes, expected] of cases) {

@@ -112,3 +112,16 @@ test("voxels of less than a pixel are picked where they are drawn", async () => 
   }
   await viewer.finish();
 });
+
+test("of voxels below a centimetre places and heights are told with the digits that tell them apart", async () => {
+  const viewer = await openViewer();
+  const points = block.map((point) => point.map((value) => (value / 500).toFixed(6)).join(" ")); // 1 mm wide
+  await openFiles(viewer, cloudRecording("tiny", points, "-r", 0.0001, "--law", "none"));
+  const heights = (await viewer.locator(".legend .ticks span").allTextContents()).map(parseFloat);
+  assert.ok(heights[0] < heights[1] && heights[1] < heights[2], `${heights}`);
+  const box = await viewer.locator("canvas.scene").boundingBox();
+  await viewer.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  const cells = numbers(await told(viewer, "Position")).map((value) => value / 0.0001);
+  for (const cell of cells) assert.ok(Math.abs(cell - Math.round(cell - 0.5) - 0.5) < 0.001, `${cells}`); // centres
+  await viewer.finish();
+});

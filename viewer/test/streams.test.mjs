@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
 import { cellRecording, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
 import { serveLive } from "./support/servers.mjs";
 
@@ -91,5 +91,26 @@ test("many streams of a recording are listed at once, and not told unreadable be
   const { notes, lists } = await viewer.evaluate(() => ({ notes: [...window.seen.notes], lists: window.seen.lists }));
   assert.deepEqual(notes, []);
   assert.ok(lists <= 4, `the list was made ${lists} times`);
+  await viewer.finish();
+});
+
+test("a stream that begins later is not drawn before its first frame, also after a step back", async () => {
+  pclExt("demo", "-n", 20, "--sensors", 2, "--i-frame-rate", 10, "-o", pathInFolder("ten"), "-q");
+  const cut = (name, ...options) => pclExt("cut", pathInFolder("ten/cell.mcap"), "-o", pathInFolder(name), "-q", ...options);
+  cut("whole_1.mcap", "--streams", "/cell_sensor_1");
+  cut("end_2.mcap", "--streams", "/cell_sensor_2", "--frames", "10:20");
+  pclExt("merge", pathInFolder("whole_1.mcap"), pathInFolder("end_2.mcap"), "-o", pathInFolder("later.mcap"), "-q");
+  const viewer = await openViewer();
+  await openFiles(viewer, pathInFolder("later.mcap"));
+  await untilIndexed(viewer);
+  const frames = () => viewer.ask(() => window.pclExtViewer.streams().map(({ number, voxels }) => [number, voxels > 0]));
+  await viewer.evaluate(() => window.pclExtViewer.set({ decaySeconds: 3 }));
+  for (const moment of [14, 15]) await seek(viewer, moment);
+  assert.ok((await viewer.ask(() => window.pclExtViewer.pastPositions(1))).length > 0);
+  assert.deepEqual(await frames(), [[15, true], [5, true]]);
+  await seek(viewer, 3);
+  assert.deepEqual(await frames(), [[3, true], [null, false]]);
+  assert.deepEqual(await viewer.ask(() => window.pclExtViewer.pastPositions(1)), []);
+  await viewer.locator(".stream-note", { hasText: /^Begins at 0\.50 s$/ }).waitFor();
   await viewer.finish();
 });

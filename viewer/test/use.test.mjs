@@ -131,6 +131,21 @@ test("all of it works by keyboard, with the focus visible", async () => {
   await page.finish();
 });
 
+test("the threshold that is typed is told as it holds, within the scale", async () => {
+  const page = await openViewer();
+  await openFiles(page, cellRecording());
+  const number = page.getByLabel("Intensity threshold as a number");
+  const slider = page.getByRole("slider", { name: "Intensity threshold" });
+  const highest = await slider.getAttribute("aria-valuemax");
+  for (const [typed, told] of [["5", "5"], ["1000000", highest], ["2000000", highest], ["", highest], ["-3", "0"]]) {
+    await number.fill(typed);
+    await number.press("Enter");
+    assert.equal(await number.inputValue(), told, typed);
+    assert.equal(await page.ask(() => window.pclExtViewer.state().threshold), Number(told), typed);
+  }
+  await page.finish();
+});
+
 for (const colorScheme of ["light", "dark"])
   test(`texts and controls have the contrast of WCAG AA, ${colorScheme}`, async () => {
     const page = await openViewer({ colorScheme });

@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
 import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
-import { cellRecording, cubeRecording, decodedByProgram } from "./support/fixtures.mjs";
+import { cellRecording, cloudRecording, cubeRecording, decodedByProgram } from "./support/fixtures.mjs";
 
 before(startBrowser);
 after(stopBrowser);
@@ -64,6 +64,36 @@ test("the outlier filter keeps the voxels that the program keeps", async () => {
     for (const stream of [0, 1])
       assert.deepEqual(await drawnVoxels(page, stream), kept[stream][frame].map(keyOf).sort(), `frame ${frame}`);
   }
+  await page.finish();
+});
+
+/** Points "x y z ring" of a turning lidar between walls, before some of which is snow. */
+function lidarPoints() {
+  const points = [];
+  for (let column = 0; column < 720; ++column)
+    for (let ring = 0; ring < 16; ++ring) {
+      const [azimuth, elevation] = [(column * Math.PI) / 360, ((2 * ring - 15) * Math.PI) / 180];
+      const wall = 5 / Math.max(Math.abs(Math.cos(azimuth)), Math.abs(Math.sin(azimuth)));
+      const range = (5 * (column + 7 * ring)) % 211 === 0 ? wall / 2 : wall;
+      const place = [range * Math.cos(azimuth), range * Math.sin(azimuth), range * Math.tan(elevation)];
+      points.push(`${place.map((value) => value.toFixed(4)).join(" ")} ${ring}`);
+    }
+  return points;
+}
+
+test("of a lidar's points in order the outlier filter keeps the voxels that the program keeps", async () => {
+  const edge = 0.2;
+  const path = cloudRecording("lidar", lidarPoints(), "-r", edge, "--keep-order");
+  const voxelsOf = ([points]) => [...new Set(points.map((point) => point.slice(0, 3).map((value) => Math.floor(value / edge)).join()))].sort();
+  const [all, kept] = [[], ["--remove-outliers"]].map((options) => voxelsOf(decodedByProgram(path, ...options)[0]));
+  assert.ok(kept.length < all.length && kept.length > 0.8 * all.length, `${kept.length} of ${all.length}`);
+  const page = await openViewer();
+  await page.evaluate(() => window.pclExtViewer.set({ removesOutliers: true }));
+  await openFiles(page, path);
+  const positions = await page.ask(() => window.pclExtViewer.positions(0));
+  const drawn = [];
+  for (let i = 0; i < positions.length; i += 3) drawn.push(positions.slice(i, i + 3));
+  assert.deepEqual(voxelsOf([drawn]), kept);
   await page.finish();
 });
 
@@ -127,5 +157,24 @@ test("a click on a voxel tells its position, intensity and stream", async () => 
   assert.match(text, /Stream\ncell_sensor_[12]/);
   await page.keyboard.press("Escape");
   assert.equal(await details.isVisible(), false);
+  await page.finish();
+});
+
+test("points in order are drawn as the voxels that they lie in, and the time line counts points", async () => {
+  const page = await openViewer();
+  await openFiles(page, cloudRecording("in_order", ["0.2 0 0", "0.3 0 0", "5 0 0"], "-r", 1, "--law", "none", "--keep-order"));
+  assert.deepEqual(await drawnVoxels(page, 0), [[0.5, 0.5, 0.5], [5.5, 0.5, 0.5]].map(keyOf));
+  const plot = page.locator(".plot-legend");
+  await page.until(() => document.querySelector(".plot-scale").textContent !== "");
+  assert.match(await plot.innerText(), /\bpoints\b[^]* 3 points$/);
+  await page.finish();
+});
+
+test("points that are too far away for the grid of voxels are not left out without a word", async () => {
+  const page = await openViewer();
+  const near = Array.from({ length: 100 }, (_, i) => `${0.17 * i} ${(0.61 * i) % 3} ${(0.013 * i).toFixed(3)}`);
+  await openFiles(page, cloudRecording("far_point", [...near, "60000 0 0"], "-r", 0.01, "--law", "none", "--keep-order"));
+  assert.equal((await page.ask(() => window.pclExtViewer.counts())).all, 100);
+  await page.locator(".stream-note", { hasText: /^1 points? .* left out/ }).waitFor();
   await page.finish();
 });

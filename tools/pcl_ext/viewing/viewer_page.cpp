@@ -14,6 +14,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 namespace pcl_ext {
@@ -24,6 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t bytes_of_a_megabyte = 1'000'000;
+
+/** \brief What the viewer's page has, and a page with a recording in it besides. */
+constexpr std::string_view element_of_codec = R"(id="pcl-ext-codec")";
+constexpr std::string_view element_of_recording = R"(id="pcl-ext-recording")";
+constexpr std::string_view body = "<body>";
 
 /** \brief Where the page is beside this program, installed or in a build tree. */
 fs::path
@@ -200,6 +206,16 @@ readPage(const std::string& path)
                    std::istreambuf_iterator<char>()};
   if (!file || text.empty())
     throw std::runtime_error("the page '" + page + "' cannot be read or is empty");
+  const auto has = [&](std::string_view part) {
+    return text.find(part) != std::string::npos;
+  };
+  if (has(element_of_recording))
+    throw std::runtime_error(
+        "the page '" + page +
+        "' has a recording in it, as of --export, and would show that");
+  if (!has(element_of_codec) || !has(body))
+    throw std::runtime_error("'" + page +
+                             "' is not the viewer's page, as viewer/build.sh makes it");
   return text;
 }
 
@@ -210,19 +226,15 @@ writePageWithRecording(const std::string& page,
 {
   checkSizeForPage(recording);
   // Before the page's code, which looks for it.
-  const std::size_t tag = page.find("<body");
-  const std::size_t end = page.find('>', tag);
-  if (tag == std::string::npos || end == std::string::npos)
-    throw std::runtime_error(
-        "the page has no <body>, after which the recording is put");
+  const std::size_t begin = page.find(body) + body.size();
   NewFile file(output);
-  file.write(page.substr(0, end + 1));
-  file.write(R"(<script type="application/octet-stream;base64" id="pcl-ext-recording" )"
-             "data-name=\"" +
+  file.write(page.substr(0, begin));
+  file.write(R"(<script type="application/octet-stream;base64" )" +
+             std::string(element_of_recording) + " data-name=\"" +
              escaped(fs::path(recording).filename().string()) + "\">");
   if (!writeBase64(recording, file))
     return 0;
-  file.write("</script>" + page.substr(end + 1));
+  file.write("</script>" + page.substr(begin));
   file.finish();
   return fs::file_size(output);
 }

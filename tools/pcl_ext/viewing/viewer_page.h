@@ -20,13 +20,13 @@ checkSizeForPage(const std::string& recording);
 
 /** \brief Reads the viewer's page.
  * \param[in] path of it; empty: the one that was installed or built with this program
- * \throws std::runtime_error with the remedy if there is none
+ * \throws std::runtime_error with the remedy if there is none, and if it is another page
  */
 std::string
 readPage(const std::string& path);
 
 /** \brief Writes a page with a recording in it, beside its name until it is complete.
- * \param[in] page the viewer's page
+ * \param[in] page of readPage()
  * \param[in] recording path of a file
  * \param[in] output path of the page to write
  * \return bytes of it; 0: the program was interrupted, and there is no output

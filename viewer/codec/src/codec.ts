@@ -226,6 +226,7 @@ function descriptionOf(result: Result): {
     stamp: result.u32(88) !== 0 ? result.u64(80) : null,
     stampDifference: result.u32(124) !== 0 ? result.i64(104) : null,
     frameId: result.u32(160) !== 0 ? result.text(92) : null,
+    hasPointsInOrder: result.u32(164) !== 0,
   };
   return { status, description };
 }

@@ -314,6 +314,7 @@ describeFrame(const std::uint8_t* bytes,
   described.points = static_cast<std::uint32_t>(description.points);
   described.colour_bits = description.colour_bits;
   described.has_point_counts = description.has_point_counts ? 1 : 0;
+  described.has_points = description.has_points ? 1 : 0;
   return &described;
 }
 

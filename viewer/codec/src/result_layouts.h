@@ -113,6 +113,7 @@ struct DescribedFrame {
   std::uint32_t colour_bits = 0;
   std::uint32_t has_point_counts = 0;
   std::uint32_t has_frame_id = 0;
+  std::uint32_t has_points = 0; ///< in order
 };
 
 struct MeasuredFrame {
@@ -134,7 +135,7 @@ static_assert(offsetof(DecodedFrame, outcome) == 104 &&
               offsetof(DecodedFrame, field_descriptions) == 168);
 static_assert(sizeof(DescribedField) == 16 && offsetof(FieldValues, values) == 4);
 static_assert(offsetof(DescribedFrame, outcome) == 112 &&
-              offsetof(DescribedFrame, has_frame_id) == 160);
+              offsetof(DescribedFrame, has_points) == 164);
 static_assert(offsetof(MeasuredFrame, bytes) == 12);
 static_assert(offsetof(Judgement, is_noise) == 16);
 static_assert(static_cast<int>(io::CompressionCode::OutOfMemory) == 13);

@@ -199,7 +199,8 @@ export interface FrameDescription {
   readonly bytes: number | null;
   /** null: the published layout, which has none. */
   readonly effort: "fast" | "balanced" | "small" | null;
-  /** Number of voxels; null: P-frames of the published layout do not tell it. */
+  /** Number of voxels; null: P-frames of the published layout do not tell it. With points in order as
+   * many as points: how many voxels these occupy is known when they are decoded. */
   readonly voxels: number | null;
   /** Points in the voxels: as many as voxels, unless these have numbers of points. Missing
    * points of an organised cloud are not among them. null where `voxels` is. */
@@ -221,6 +222,9 @@ export interface FrameDescription {
   /** Name of the coordinate frame; null: the frame has none, or a P-frame that has that of
    * the frame before it. */
   readonly frameId: string | null;
+  /** The frame has its points in the order of their sensor. A decoder gives the voxels that these
+   * occupy. */
+  readonly hasPointsInOrder: boolean;
 }
 
 /** What the filter of outliers derives densities from, see `DensityUnit` of the library:

@@ -76,6 +76,7 @@ function linesOf(codec, bytes, hasPoints) {
     if (!status.ok) continue;
     const { description } = codec.describeFrame(frame);
     assert.equal(description.bytes, voxels.bytes);
+    assert.equal(description.hasPointsInOrder, hasPoints);
     if (voxels.isIFrame) colourBits = description.colourBits;
     const stamp = voxels.stamp === null ? "-" : `${voxels.stamp} '${voxels.frameId ?? ""}'`;
     const kind = voxels.isIFrame ? "I" : "P";

@@ -224,8 +224,10 @@ export class ControlPanel {
   private ticks(colourBy: ColourBy): [number, string][] {
     const [low, high] = this.heights;
     if (colourBy === "intensity") return this.intensityTicks();
-    if (colourBy === "height")
-      return [[0, `${low.toFixed(2)} m`], [0.5, `${((low + high) / 2).toFixed(2)} m`], [1, `${high.toFixed(2)} m`]];
+    if (colourBy === "height") {
+      const step = Math.max(1e-5, Math.min(1, high - low || 1)); // that the digits tell
+      return [0, 0.5, 1].map((share) => [share, `${formatInRange(low + share * (high - low), step)} m`]);
+    }
     return colourBy === "age" ? [[0, "now"], [1, `${trailSeconds} s ago`]] : this.fieldTicks();
   }
 

@@ -55,8 +55,10 @@ export function formatTenths(seconds: number): string {
   return `${seconds.toFixed(1)} s`;
 }
 
-export function formatMetres(metres: number): string {
-  return `${metres.toFixed(3)} m`;
+/** Places of voxels, in millimetres or, where their edge is shorter than a centimetre, finer. */
+export function formatMetres(metres: readonly number[], edge: number): string {
+  const digits = Math.min(12, Math.max(3, 1 - Math.floor(Math.log10(edge))));
+  return `${metres.map((value) => value.toFixed(digits)).join(", ")} m`;
 }
 
 /** Date and time of day, if a time has them: simulated clocks begin at 0. */

@@ -47,8 +47,9 @@ export class ThresholdControl {
       if (this.slider.hasPointerCapture(event.pointerId)) this.onPointer(event);
     });
     this.number.addEventListener("change", () => {
-      const value = Number(this.number.value);
+      const value = this.number.valueAsNumber;
       if (this.axis && Number.isFinite(value)) this.onChange(Math.min(this.axis.max, Math.max(this.axis.min, value)));
+      this.showNumber();
     });
     new ResizeObserver(() => this.draw()).observe(this.slider);
   }
@@ -98,11 +99,16 @@ export class ThresholdControl {
 
   setThreshold(threshold: number): void {
     this.threshold = threshold;
-    if (document.activeElement !== this.number) this.number.value = formatNumber(threshold).replaceAll(",", "");
+    if (document.activeElement !== this.number) this.showNumber();
     this.slider.setAttribute("aria-valuenow", String(threshold));
     this.slider.setAttribute("aria-valuetext", `${formatNumber(threshold)}`);
     this.handle.style.left = `${100 * (this.axis?.shareOf(threshold) ?? 0)}%`;
     this.draw();
+  }
+
+  /** What was typed may be no intensity of the scale. */
+  private showNumber(): void {
+    this.number.value = formatNumber(this.threshold).replaceAll(",", "");
   }
 
   setColoured(isIntensityColoured: boolean): void {

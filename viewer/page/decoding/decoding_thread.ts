@@ -62,7 +62,7 @@ export class DecodingThread {
         player.close();
         this.post({ type: "refused", source, message: problem, damage });
       } else held.push(message);
-      if (message.type !== "frames") return;
+      if (message.type !== "frames" || message.batch.bytes.every((bytes) => bytes === 0)) return; // all are lost
       this.play(player, source);
       for (const one of held) this.post(one);
     });

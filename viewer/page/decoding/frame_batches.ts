@@ -55,6 +55,7 @@ export class FrameBatches {
       times: Float64Array.from(frames, (f) => this.secondsOf(f.time)),
       bytes: Uint32Array.from(frames, (f) => f.frame.bytes),
       voxels: Uint32Array.from(frames, (f) => f.frame.voxels),
+      hasPoints: Uint8Array.from(frames, (f) => (f.frame.hasPoints ? 1 : 0)),
       isIFrame: Uint8Array.from(frames, (f) => (f.frame.isIFrame ? 1 : 0)),
       isGap: Uint8Array.from(frames, (f) => (f.isGap ? 1 : 0)),
     };

@@ -104,6 +104,7 @@ export class LivePlayer {
       // A gap where the server skipped frames, as this page was too slow for them.
       number: hasSkipped || !description ? null : description.frameNumber,
       voxels: description?.voxels ?? 0,
+      hasPoints: description?.hasPointsInOrder ?? false,
     }, time, true);
     this.batches.flush(true);
     const shown = stream.decoder.decode(

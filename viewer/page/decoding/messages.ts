@@ -47,7 +47,8 @@ export interface FrameBatch {
   streams: Uint16Array;
   times: Float64Array; // seconds since `startTime`
   bytes: Uint32Array;
-  voxels: Uint32Array;
+  voxels: Uint32Array; // or points, where hasPoints is 1
+  hasPoints: Uint8Array;
   isIFrame: Uint8Array;
   /** 1 where frames before this one are missing, or its header cannot be read. */
   isGap: Uint8Array;
@@ -76,6 +77,8 @@ export interface ShownFrame {
   /** Null: nothing is drawn, for the reason in `problem`. */
   voxels: PackedVoxels | null;
   problem: string | null;
+  /** What of the frame is not drawn. */
+  warning: string | null;
   /** The outlier filter's remark on this frame. */
   filterProblem: string | null;
   frameId: string | null;

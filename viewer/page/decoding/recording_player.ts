@@ -12,8 +12,9 @@ import type { BufferPool } from "./packed_voxels";
 import { ShownFrameCache } from "./shown_frame_cache";
 import { StreamDecoder, densityUnitOf } from "./stream_decoder";
 
-/** Frames before a wanted one that the outlier filter must have seen to judge as in a run from the start. */
-const filterMemory = 8;
+/** Frames before a wanted one that the outlier filter sees, as many as its running means have: then it judges few voxels
+ * otherwise than in a run from the start, 4 of 18,000 of the robot cell's. */
+const filterMemory = 16;
 
 /** Of a decoder that no frame follows. */
 const noFrame = Number.MAX_SAFE_INTEGER;
@@ -224,7 +225,7 @@ export class RecordingPlayer {
   private lostFrame(stream: number, number: number, time: number, problem: string): ShownFrame {
     return {
       stream, number, time, problem,
-      voxels: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
+      voxels: null, warning: null, filterProblem: null, frameId: null, stamp: null, placement: null, resolution: 0, intensityRange: null,
       fields: [], isIFrame: false, bytes: 0, decodeMs: 0,
     };
   }

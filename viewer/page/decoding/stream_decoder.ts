@@ -14,8 +14,7 @@ export function densityUnitOf(metadata: Readonly<Record<string, string | undefin
   const { intensity_law: law, sensor } = metadata;
   if (law === "count") return sensor === "lidar" ? "voxels" : "points"; // few points are no sign of a lidar's noise
   if (law === "quadratic") return "faces";
-  if (law === "native" || law === "none") return "voxels";
-  return "automatic"; // faces where frames have a depth model, else voxels
+  return "automatic"; // faces where frames have a depth model, rays where they are a lidar's scans, else voxels
 }
 
 /** A frame to decode, and what the page is told of it besides its voxels. */
@@ -87,6 +86,7 @@ export class StreamDecoder {
       time: frame.time,
       voxels: null,
       problem: status.ok ? null : status.message,
+      warning: (status.ok && status.message) || null,
       filterProblem: null,
       frameId: frame.frameId,
       stamp: frame.stamp,

@@ -121,6 +121,7 @@ export class FrameFileScan {
       isIFrame: description?.kind === "I",
       number: description?.frameNumber ?? null,
       voxels: description?.voxels ?? 0,
+      hasPoints: description?.hasPointsInOrder ?? false,
     });
   }
 

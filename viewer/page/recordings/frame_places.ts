@@ -37,14 +37,16 @@ export interface Damage {
 /** A frame as it is found when a recording is indexed. */
 export interface FoundFrame {
   stream: number;
-  place: FramePlace;
+  /** Null: it is lost, and no more is known than that it was there. */
+  place: FramePlace | null;
   /** Nanoseconds; null: unknown, the frame has the time of the one before. */
   time: bigint | null;
   bytes: number;
   isIFrame: boolean;
   /** Number that the encoder gave it; null where its header cannot be read. */
   number: number | null;
-  voxels: number;
+  voxels: number; // or points, if it has these in order
+  hasPoints: boolean;
 }
 
 export interface RecordedStream {

@@ -4,7 +4,7 @@ import { McapStreamReader } from "@mcap/core";
 import type { McapTypes } from "@mcap/core";
 
 /** The kinds of records that matter here; see https://mcap.dev/spec. */
-export const opcode = { footer: 2, schema: 3, channel: 4, message: 5, chunk: 6, dataEnd: 15 } as const;
+export const opcode = { footer: 2, schema: 3, channel: 4, message: 5, chunk: 6, messageIndex: 7, dataEnd: 15 } as const;
 export const recordHeaderSize = 9;
 export const magic = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
 /** Longer records are damage. */
@@ -41,6 +41,24 @@ export const messageHeaderSize = 22;
 export function readMessageHeader(content: Uint8Array): MessageHeader {
   const view = new DataView(content.buffer, content.byteOffset, content.byteLength);
   return { channel: view.getUint16(0, true), logTime: view.getBigUint64(6, true) };
+}
+
+export interface MessageIndex {
+  channel: number;
+  logTimes: bigint[]; // in the order of the chunk
+}
+
+/** Reads what lies behind a chunk for each of its channels; messages that it has no bytes for are left out. */
+export function readMessageIndex(content: Uint8Array): MessageIndex | null {
+  const head = 6;
+  if (content.length < head) return null;
+  const view = new DataView(content.buffer, content.byteOffset, content.byteLength);
+  const end = Math.min(content.length, head + view.getUint32(2, true));
+  const messages: { logTime: bigint; offset: bigint }[] = [];
+  for (let at = head; at + 16 <= end; at += 16)
+    messages.push({ logTime: view.getBigUint64(at, true), offset: view.getBigUint64(at + 8, true) });
+  messages.sort((a, b) => Number(a.offset - b.offset));
+  return { channel: view.getUint16(0, true), logTimes: messages.map(({ logTime }) => logTime) };
 }
 
 export interface ChunkHeader {

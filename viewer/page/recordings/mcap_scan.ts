@@ -29,6 +29,8 @@ export class McapScan {
   private readonly blocks: BlockReader;
   private isWhole = false; // its end was found
   private isDamaged = false;
+  private isChunkLost = false; // the last one
+  private summary: Promise<McapIndexedReader | null> | null = null;
 
   constructor(
     private readonly source: ByteSource,
@@ -44,10 +46,13 @@ export class McapScan {
     let at: number = records.magic.length;
     while (at < this.source.size && !this.isWhole) {
       const next = await this.readRecord(at);
-      at = next ?? (await this.chunkAfter(at));
+      at = next ?? (await this.placeAfter(at));
       report(at);
     }
-    if (this.isDamaged) await this.addChannelsOfSummary();
+    if (this.isDamaged) {
+      await this.addChannelsOfSummary();
+      this.streams.addSilentStreams(this.file);
+    }
     return this.isWhole && (await this.endsWithMagic());
   }
 
@@ -58,13 +63,12 @@ export class McapScan {
     return records.magic.every((byte, i) => end[i] === byte);
   }
 
-  /** Streams whose frames are all lost are known by the summary. */
+  /** Channels whose descriptions are lost with the chunk that has them are known by the summary. */
   private async addChannelsOfSummary(): Promise<void> {
-    const summary = await readSummary(this.source);
-    if (!summary) return;
-    for (const channel of summary.channelsById.values())
-      this.streams.addChannel(this.file, channel, summary.schemasById.get(channel.schemaId)?.name ?? "");
-    this.streams.addSilentStreams();
+    this.summary ??= readSummary(this.source);
+    const summary = await this.summary;
+    for (const channel of summary?.channelsById.values() ?? [])
+      this.streams.addChannel(this.file, channel, summary?.schemasById.get(channel.schemaId)?.name ?? "");
   }
 
   private damage(offset: number, message: string): void {
@@ -72,11 +76,19 @@ export class McapScan {
     this.listener.addDamage({ file: this.source.name, offset, message });
   }
 
-  /** The next chunk after damage, as the summary tells; the end of the file if there is none. */
-  private async chunkAfter(offset: number): Promise<number> {
-    const summary = await readSummary(this.source);
-    const chunks = (summary?.chunkIndexes ?? []).map((chunk) => Number(chunk.chunkStartOffset));
-    return chunks.sort((a, b) => a - b).find((chunk) => chunk > offset) ?? this.source.size;
+  /** Of a chunk that is lost the indexes behind it tell how many messages of which times it had. */
+  private async loseChunk(): Promise<void> {
+    this.isChunkLost = true;
+    await this.addChannelsOfSummary();
+  }
+
+  /** The next index or chunk after damage, as the summary tells; the end of the file if there is none. */
+  private async placeAfter(offset: number): Promise<number> {
+    this.summary ??= readSummary(this.source);
+    const chunks = (await this.summary)?.chunkIndexes ?? [];
+    if (chunks.some((chunk) => Number(chunk.chunkStartOffset) === offset)) await this.loseChunk();
+    const places = chunks.flatMap((chunk) => [chunk.chunkStartOffset, ...chunk.messageIndexOffsets.values()].map(Number));
+    return places.sort((a, b) => a - b).find((place) => place > offset) ?? this.source.size;
   }
 
   /** Reads the record at a place; returns where the next one begins, or null if that is unknown. */
@@ -107,7 +119,8 @@ export class McapScan {
     const isOfUse =
       opcode === records.opcode.message ||
       opcode === records.opcode.schema ||
-      opcode === records.opcode.channel;
+      opcode === records.opcode.channel ||
+      (opcode === records.opcode.messageIndex && this.isChunkLost);
     if (!isOfUse) return;
     const bytes = await this.blocks.bytesAt(at, records.recordHeaderSize + size);
     const content = bytes.subarray(records.recordHeaderSize);
@@ -131,6 +144,7 @@ export class McapScan {
       });
     else if (opcode === records.opcode.schema || opcode === records.opcode.channel)
       this.streams.addDescription(this.file, opcode, content);
+    else if (opcode === records.opcode.messageIndex) this.streams.addLostMessages(this.file, content);
   }
 
   private async readChunk(begin: number, size: number): Promise<void> {
@@ -139,7 +153,7 @@ export class McapScan {
     const header = records.readChunkHeader(head);
     if (!header || header.recordsOffset + header.recordsLength > size) {
       this.damage(at, "a chunk's header is damaged; its frames are lost");
-      return;
+      return this.loseChunk();
     }
     const place: ChunkPlace = {
       offset: begin + header.recordsOffset,
@@ -152,8 +166,9 @@ export class McapScan {
     const { bytes, problem } = decompressChunk(place.compression, stored, place.size);
     if (!isCutOff && (problem || !records.hasChecksum(bytes, header.crc))) {
       this.damage(at, `a chunk is damaged: ${problem ?? "its checksum is wrong"}; its frames are lost`);
-      return;
+      return this.loseChunk();
     }
+    this.isChunkLost = false;
     const isPlain = place.compression === "";
     const end = records.forEachRecord(bytes, (opcode, content, offset) =>
       this.takeRecord(opcode, content, isPlain ? place.offset + offset : offset, isPlain ? null : place,

@@ -10,7 +10,7 @@ import { isStaticTopic, isTransformType, readTransforms } from "./transform_mess
 import type { Transforms } from "./transforms";
 
 export const compressedCloudType = "point_cloud_interfaces/msg/CompressedPointCloud2";
-const plainCloudType = "sensor_msgs/msg/PointCloud2";
+const plainCloudTypes = ["sensor_msgs/msg/PointCloud2", "sensor_msgs/PointCloud2"]; // of ROS 2 and ROS 1
 
 interface Channel {
   topic: string;
@@ -19,6 +19,7 @@ interface Channel {
   metadata: Record<string, string>;
   stream: number | null;
   format: string | null;
+  lostTimes: bigint[]; // of messages before the next one that can be read
 }
 
 function isOurs(format: string): boolean {
@@ -58,16 +59,30 @@ export class McapStreams {
     const key = `${file}:${channel.id}`;
     if (this.channels.has(key)) return;
     const metadata = Object.fromEntries(channel.metadata);
-    this.channels.set(key, { topic: channel.topic, type, encoding: channel.messageEncoding, metadata, stream: null, format: null });
+    this.channels.set(key, { topic: channel.topic, type, encoding: channel.messageEncoding, metadata, stream: null, format: null, lostTimes: [] });
   }
 
-  /** Adds the streams of which no frame could be read. */
-  addSilentStreams(): void {
-    for (const channel of this.channels.values()) {
-      const isOther = channel.type !== compressedCloudType || channel.format !== null;
-      if (isOther || this.streamsByName.has(channel.topic)) continue;
-      this.streamsByName.set(channel.topic, this.listener.addStream({ name: channel.topic, metadata: channel.metadata }));
+  /** Messages that the index of a lost chunk tells of. */
+  addLostMessages(file: number, index: Uint8Array): void {
+    const { channel = -1, logTimes = [] } = records.readMessageIndex(index) ?? {};
+    const lost = this.channels.get(`${file}:${channel}`);
+    if (lost?.type === compressedCloudType) lost.lostTimes = lost.lostTimes.concat(logTimes);
+  }
+
+  /** Adds what is lost of a file behind its last frames, and the streams of which no frame could be read. */
+  addSilentStreams(file: number): void {
+    for (const [key, channel] of this.channels) {
+      const isOurChannel = channel.type === compressedCloudType && isOurs(channel.format ?? "pcl_ext");
+      if (key.startsWith(`${file}:`) && isOurChannel) this.addLostFrames(file, channel);
     }
+  }
+
+  /** @returns the channel's stream */
+  private addLostFrames(file: number, channel: Channel): number {
+    const stream = (channel.stream ??= this.streamOf(file, channel));
+    for (const time of channel.lostTimes.splice(0))
+      this.listener.addFrame({ stream, place: null, time, bytes: 0, isIFrame: false, number: null, voxels: 0, hasPoints: false });
+    return stream;
   }
 
   addMessage(file: number, message: Uint8Array, place: FramePlace): void {
@@ -84,16 +99,17 @@ export class McapStreams {
     }
     channel.format ??= cloud.format;
     if (!isOurs(cloud.format)) return;
-    channel.stream ??= this.streamOf(file, channel);
+    const stream = this.addLostFrames(file, channel);
     const { status, description } = this.codec.describeFrame(cloud.frame.subarray(0, headBytes), limitsOfIndexing);
     this.listener.addFrame({
-      stream: channel.stream,
+      stream,
       place,
       time: header.logTime,
       bytes: cloud.frame.length,
       isIFrame: status.ok && description !== null && description.kind === "I",
       number: status.ok && description ? description.frameNumber : null,
       voxels: description?.voxels ?? 0,
+      hasPoints: description?.hasPointsInOrder ?? false,
     });
   }
 
@@ -125,7 +141,7 @@ export class McapStreams {
   otherClouds(): string | null {
     const all = [...this.channels.values()];
     const foreign = all.filter((c) => c.format !== null && !isOurs(c.format));
-    const plain = all.filter((c) => c.type === plainCloudType);
+    const plain = all.filter((c) => plainCloudTypes.includes(c.type));
     const parts: string[] = [];
     if (foreign.length)
       parts.push(

@@ -12,6 +12,24 @@ import { McapScan } from "./mcap_scan";
 import { McapStreams } from "./mcap_streams";
 import { Transforms } from "./transforms";
 
+/** Bags that pcl_ext reads and this page does not, by what they begin with. */
+const otherBags = [
+  ["SQLite format 3", "a bag with the storage sqlite3"],
+  ["#ROSBAG", "a bag of ROS 1"],
+  ["\x28\xb5\x2f\xfd", "compressed by file, with zstd"],
+] as const;
+
+/** Why a file of frames is none. */
+function problemOf({ name, size }: ByteSource, head: Uint8Array, error: Error): string {
+  if (size === 0) return `“${name}” is empty.`;
+  const beginning = String.fromCharCode(...head);
+  const bag = otherBags.find(([magic]) => beginning.startsWith(magic));
+  return bag
+    ? `“${name}” is ${bag[1]}, which browsers do not read: “pcl_ext encode” makes a recording of its clouds; ` +
+      `where they are compressed already, “pcl_ext cut ${name} -o x.mcap” copies them.`
+    : `“${name}” is not a recording: ${error.message}.`;
+}
+
 /** A frame without a time follows the one before after this many nanoseconds. */
 const assumedInterval = 100_000_000n;
 const chunksInMemory = 8;
@@ -22,7 +40,7 @@ const longestStepBack = 1_000_000_000n;
 const leastInterval = 1000n;
 
 export interface IndexedFrame {
-  place: FramePlace;
+  place: FramePlace | null; // null: it is lost
   time: bigint; // above that of the frame before it in its stream
   isIFrame: boolean;
 }
@@ -68,7 +86,7 @@ export class Recording implements RecordingListener {
     if (this.files.every(({ size }) => size === 0)) throw new SourceError(`“${this.files[0].name}” is empty.`);
     const heads = await Promise.all(this.files.map((file) => file.read(0, 16)));
     this.isMcap = heads.some(records.isMcap);
-    if (!this.isMcap) return this.indexFrameFiles();
+    if (!this.isMcap) return this.indexFrameFiles(heads);
     const streams = new McapStreams(this.codec, this, this.transforms);
     let before = 0;
     let isWhole = true;
@@ -89,7 +107,7 @@ export class Recording implements RecordingListener {
   }
 
   /** Each file of frames is a stream; others are named, as long as there is one. */
-  private async indexFrameFiles(): Promise<boolean> {
+  private async indexFrameFiles(heads: readonly Uint8Array[]): Promise<boolean> {
     const scans = this.files.map((file, i) => new FrameFileScan(file, i, this.codec, this));
     for (const time of await Promise.all(scans.map((scan) => scan.firstTime())))
       if (time !== null && (this.startTime === null || time < this.startTime)) this.startTime = time;
@@ -97,14 +115,13 @@ export class Recording implements RecordingListener {
     let before = 0;
     let isWhole = true;
     for (const [i, scan] of scans.entries()) {
-      const { name, size } = this.files[i];
       try {
         isWhole = (await scan.run((at) => this.progress((before + at) / this.bytes))) && isWhole;
       } catch (error) {
         if (error instanceof SourceError) throw error;
-        problems.push(size === 0 ? `“${name}” is empty.` : `“${name}” is not a recording: ${(error as Error).message}.`);
+        problems.push(problemOf(this.files[i], heads[i], error as Error));
       }
-      before += size;
+      before += this.files[i].size;
     }
     if (problems.length === this.files.length)
       throw new SourceError(`${problems.join(" ")} The page shows .mcap and .pcxi files, as “pcl_ext encode” makes them.`);
@@ -177,7 +194,8 @@ export class Recording implements RecordingListener {
   }
 
   async read(stream: number, number: number): Promise<ReadFrame> {
-    const place = this.frames[stream][number].place;
+    const { place } = this.frames[stream][number];
+    if (!place) throw new SourceError("the part of the file that had this frame is damaged");
     const bytes = place.chunk
       ? (await this.chunkOf(place)).subarray(place.offset, place.offset + place.length)
       : await this.files[place.file].read(place.offset, place.length);

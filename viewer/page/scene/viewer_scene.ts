@@ -177,7 +177,7 @@ export class ViewerScene {
     { voxelScale, decaySeconds }: ViewerState): ArrayBuffer | null {
     const last = this.layers[stream];
     let before: ArrayBuffer | null = null;
-    if (voxels) this.past.trim(stream, frame.time, decaySeconds);
+    this.past.trim(stream, frame.time, decaySeconds);
     if (voxels && last.count > 0 && last.time < frame.time && last.time >= frame.time - decaySeconds) {
       before = last.release();
       this.layers[stream] = this.addLayer(this.past.keep(stream, last.time, last));

@@ -5,7 +5,7 @@ import type { FrameBatch } from "../decoding/messages";
 export interface StreamFrames {
   times: number[]; // seconds
   bytes: number[];
-  voxels: number[];
+  voxels: number[]; // or points
   isIFrame: boolean[];
   /** The frame cannot be decoded: it is damaged, or frames that it needs are missing. */
   isLost: boolean[];
@@ -30,6 +30,8 @@ export class FrameIndex {
   moments: number[] = [];
   startTime: bigint = 0n; // nanoseconds
   hasTimes = true;
+  /** What the numbers of voxels are of, which frames tell without being decoded. */
+  counted = { voxels: false, points: false };
   private isStale = false;
   private usualInterval = 0.1;
 
@@ -37,6 +39,7 @@ export class FrameIndex {
     this.streams = [];
     this.moments = [];
     this.hasTimes = true;
+    this.counted = { voxels: false, points: false };
     this.isStale = false;
     this.usualInterval = 0.1;
   }
@@ -47,6 +50,7 @@ export class FrameIndex {
       while (this.streams.length <= stream)
         this.streams.push({ times: [], bytes: [], voxels: [], isIFrame: [], isLost: [] });
       const frames = this.streams[stream];
+      if (batch.voxels[i] > 0) this.counted[batch.hasPoints[i] ? "points" : "voxels"] = true;
       const isIFrame = batch.isIFrame[i] === 1;
       const last = frames.isLost.length - 1;
       frames.times.push(batch.times[i]);

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 import { button, element, icon } from "../controls/dom";
-import { formatCounted, formatDate, formatSeconds } from "../controls/number_format";
+import { formatCount, formatDate, formatSeconds } from "../controls/number_format";
 import type { ViewerState, ViewerStore } from "../state/viewer_state";
 import { rateText } from "./byte_rate";
 import type { FrameIndex } from "./frame_index";
@@ -38,6 +38,7 @@ export class TimelineView {
   private readonly track = element("div", { class: "track", role: "slider", tabindex: 0, "aria-label": "Time" });
   private readonly time = element("span", { class: "time" });
   private readonly date = element("button", { type: "button", class: "date" });
+  private readonly voxels = element("span", { class: "key voxels" });
   private readonly scale = element("span", { class: "plot-scale" });
   private readonly speed = element("select", { "aria-label": "Speed", title: "Speed" });
   private readonly live = element("span", { class: "live-badge", role: "status" });
@@ -71,7 +72,7 @@ export class TimelineView {
       "div",
       { class: "plot-legend" },
       element("span", { class: "key bytes" }, "bytes/s"),
-      element("span", { class: "key voxels" }, "voxels"),
+      this.voxels,
       element("span", { class: "key i-frame" }, "I-frame"),
       element("span", { class: "key lost" }, "lost"),
       this.scale,
@@ -222,7 +223,12 @@ export class TimelineView {
       iFrame: colour("--plot-i-frame"),
       lost: colour("--danger"),
     });
-    this.scale.textContent =
-      `means up to ${rateText(this.index, scale.bytesPerSecond)} and ${formatCounted(Math.round(scale.voxels), "voxel")}`;
+    const { voxels, points } = this.index.counted;
+    const counted = points ? (voxels ? "voxels or points" : "points") : "voxels";
+    this.voxels.textContent = counted;
+    const most = Math.round(scale.voxels);
+    this.scale.textContent = `means up to ${rateText(this.index, scale.bytesPerSecond)} and ` +
+      `${formatCount(most)} ${most === 1 ? counted.replace(/s$/, "") : counted}`;
+    this.scale.title = this.scale.textContent;
   }
 }

@@ -29,10 +29,10 @@ const compressors = {
 };
 
 /** The same messages, as another recorder would write them. */
-export async function rewritten(recording, { compression = "", useChunks = true, changeFormat = null } = {}) {
+export async function rewritten(recording, { compression = "", useChunks = true, chunkSize = 200_000, changeFormat = null } = {}) {
   const { writer, bytes: written } = await beginMcap({
     useChunks,
-    chunkSize: 200_000,
+    chunkSize,
     compressChunk: compression
       ? (bytes) => ({ compression, compressedData: compressors[compression](bytes) })
       : undefined,
@@ -67,4 +67,12 @@ export function withFlippedByte(bytes, at) {
   const changed = Buffer.from(bytes);
   changed[at] ^= 0x55;
   return changed;
+}
+
+/** Where the records of an MCAP file begin, with their kinds. */
+export function recordsOf(bytes) {
+  const records = [];
+  for (let at = 8; at + 9 <= bytes.length - 8; at += 9 + Number(bytes.readBigUInt64LE(at + 1)))
+    records.push({ at, opcode: bytes[at] });
+  return records;
 }

@@ -39,10 +39,12 @@ export function frameFile(frames = 20) {
   return path;
 }
 
-/** A recording of one cloud: points as texts "x y z". */
+/** A recording of one cloud: points as texts "x y z", or "x y z ring". */
 export function cloudRecording(name, points, ...options) {
   const cloud = pathInFolder(`${name}.pcd`);
-  const fields = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n";
+  const fields = points[0].split(" ").length === 3
+    ? "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+    : "VERSION .7\nFIELDS x y z ring\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\n";
   writeFileSync(cloud, `${fields}WIDTH ${points.length}\nHEIGHT 1\nPOINTS ${points.length}\nDATA ascii\n${points.join("\n")}\n`);
   const path = pathInFolder(`${name}.mcap`);
   pclExt("encode", cloud, "-o", path, "--overwrite", "-q", ...options);
