@@ -183,9 +183,7 @@ writeJson(const Output& output, const BenchmarkReport& report)
 int
 benchmark(BenchmarkOptions options)
 {
-  Console console("benchmark");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("benchmark", options.is_quiet);
   if (!options.json.path.empty())
     checkJson(options);
   BenchmarkReport report;

@@ -87,10 +87,9 @@ print(const std::vector<DemoReport>& reports)
 /** \brief Some sensors of the robot cell, through the whole pipeline. */
 class Demo {
 public:
-  explicit Demo(const DemoOptions& options) : options_(options), console_("demo")
+  explicit Demo(const DemoOptions& options)
+  : options_(options), console_("demo", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     if (!options_.encoding.cropBox())
       options_.encoding.setCropBox(cell::cropBox());
     if (!options_.encoding.hasSensor())

@@ -28,9 +28,7 @@ namespace {
 int
 encodeOne(const EncodeOptions& options)
 {
-  Console console("encode");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("encode", options.is_quiet);
   if (options.reports_progress)
     console.reportProgress();
   if (options.output.path == "-")

@@ -52,10 +52,8 @@ struct ReceiveOptions {
 class Receive {
 public:
   explicit Receive(const ReceiveOptions& options)
-  : options_(options), console_("receive")
+  : options_(options), console_("receive", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn() &&
         !options.metrics.port)
       throw UsageError("say what to do with the frames: -o, --view, --merge, --map or "

@@ -78,11 +78,9 @@ private:
 
 class Send {
 public:
-  explicit Send(const SendOptions& options) : options_(options), console_("send")
-  {
-    if (options.is_quiet)
-      console_.beQuiet();
-  }
+  explicit Send(const SendOptions& options)
+  : options_(options), console_("send", options.is_quiet)
+  {}
 
   int
   run()
