@@ -50,23 +50,10 @@ template <typename VisitorT>
 auto
 visitNumber(const FileField& field, const std::uint8_t* number, const VisitorT& visit)
 {
-  const auto visitAs = [&](auto value) {
+  return visitZero(field, [&](auto value) {
     std::memcpy(&value, number, sizeof(value));
     return visit(value);
-  };
-  if (field.kind == FileField::Kind::Real)
-    return field.bytes == sizeof(float) ? visitAs(float{}) : visitAs(double{});
-  const bool is_signed = field.kind == FileField::Kind::Signed;
-  switch (field.bytes) {
-  case 1:
-    return is_signed ? visitAs(std::int8_t{}) : visitAs(std::uint8_t{});
-  case 2:
-    return is_signed ? visitAs(std::int16_t{}) : visitAs(std::uint16_t{});
-  case 4:
-    return is_signed ? visitAs(std::int32_t{}) : visitAs(std::uint32_t{});
-  default:
-    return is_signed ? visitAs(std::int64_t{}) : visitAs(std::uint64_t{});
-  }
+  });
 }
 
 /** \brief A number of a cloud as text.
