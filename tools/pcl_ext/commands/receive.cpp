@@ -183,7 +183,7 @@ private:
       link::LinkSettings merged = options_.link.link;
       merged.site = options_.merged_site;
       merged_ = std::make_unique<LinkOutput>(
-          merged, [this](std::size_t) { centre_->requestIFrame(); }, events_);
+          merged, "", [this](std::size_t) { centre_->requestIFrame(); }, events_);
       centre_->addOutput(*merged_);
     }
     if (options_.view.is_on) {
