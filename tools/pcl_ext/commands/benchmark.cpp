@@ -205,7 +205,7 @@ benchmark(BenchmarkOptions options)
     for (const io::Effort effort : options.efforts) {
       if (stream.clouds.empty() || isInterrupted())
         break;
-      options.encoding.setEffort(effort);
+      options.encoding.codec().effort = effort;
       MeasuredStream measured(options.encoding, stream, counter);
       for (std::size_t i = 0; i < options.frames && !isInterrupted(); ++i) {
         measured.run();

@@ -127,7 +127,7 @@ addEncode(CLI::App& app)
            "--topics",
            options->input.topics,
            "only these clouds of a bag; others stay as they are");
-  options->encoding.setEffort(effort_of_files);
+  options->encoding.codec().effort = effort_of_files;
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   options->encoding.addBudget(app);
