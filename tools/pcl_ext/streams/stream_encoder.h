@@ -99,7 +99,7 @@ enum class Remark {
   Pose,    ///< fields of the first cloud that --pose does not move
   Colours, ///< of the first cloud of which they are changed
   Unit,    ///< the first cloud with points seems to be in millimetres
-  Outliers ///< to be removed stay in some frames, are hardly any voxels, or very many
+  Outliers ///< were to be removed and stay, or are hardly any voxels, or very many
 };
 
 /** \brief A sentence on each of which there is something to say. */
@@ -225,11 +225,10 @@ public:
   }
 
 private:
-  /** \brief What is to be said of it without the name of the stream; empty: nothing. */
+  /** \brief What there is to say of Remark::Outliers and Remark::Budget, without the name
+   * of the stream; empty: nothing. */
   std::string
   outlierRemark() const;
-
-  /** \brief The same. */
   std::string
   budgetRemark() const;
 
