@@ -8,13 +8,17 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "experiments/tables.h"
-#include "measuring/command_line.h"
 #include "measuring/machine.h"
 #include "measuring/workload.h"
 #include "tables/tables.h"
 
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
 #include <algorithm>
 #include <cstdint>
+#include <exception>
 #include <iostream>
 #include <limits>
 #include <stdexcept>
@@ -165,7 +169,8 @@ main(int argc, char** argv)
       "experiments, CSV.",
       "benchmark");
   addOptions(program, options);
-  return runProgram(program, argc, argv, [&options] {
+  try {
+    program.parse(argc, argv);
     checkOptions(options);
     printMachine(std::cout);
     for (const Table& table : all_tables) {
@@ -177,5 +182,13 @@ main(int argc, char** argv)
       if (!std::cout.flush())
         throw std::runtime_error("the table cannot be written");
     }
-  });
+    return 0;
+  }
+  catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? 0 : 1;
+  }
+  catch (const std::exception& error) {
+    std::cerr << "benchmark: " << error.what() << '\n';
+    return 1;
+  }
 }

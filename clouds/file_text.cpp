@@ -81,21 +81,8 @@ appendInteger(std::string_view word,
   if ((field.name == "rgb" || field.name == "rgba") && field.bytes == 4)
     return appendWhole<std::uint32_t>(word, bytes) ||
            appendWhole<std::int32_t>(word, bytes);
-  const bool is_signed = field.kind == FileField::Kind::Signed;
-  switch (field.bytes) {
-  case 1:
-    return is_signed ? appendWhole<std::int8_t>(word, bytes)
-                     : appendWhole<std::uint8_t>(word, bytes);
-  case 2:
-    return is_signed ? appendWhole<std::int16_t>(word, bytes)
-                     : appendWhole<std::uint16_t>(word, bytes);
-  case 4:
-    return is_signed ? appendWhole<std::int32_t>(word, bytes)
-                     : appendWhole<std::uint32_t>(word, bytes);
-  default:
-    return is_signed ? appendWhole<std::int64_t>(word, bytes)
-                     : appendWhole<std::uint64_t>(word, bytes);
-  }
+  return visitZero(field,
+                   [&](auto zero) { return appendWhole<decltype(zero)>(word, bytes); });
 }
 
 /** \brief Appends the number that a word is.

@@ -33,6 +33,28 @@ struct FileField {
   std::uint64_t count = 1; ///< numbers
 };
 
+/** \brief Calls a function with a 0 of the type of a field's numbers.
+ * \param[in] visit gives the same type of result for all
+ */
+template <typename VisitorT>
+auto
+visitZero(const FileField& field, const VisitorT& visit)
+{
+  if (field.kind == FileField::Kind::Real)
+    return field.bytes == sizeof(float) ? visit(0.0f) : visit(0.0);
+  const bool is_signed = field.kind == FileField::Kind::Signed;
+  switch (field.bytes) {
+  case 1:
+    return is_signed ? visit(std::int8_t{}) : visit(std::uint8_t{});
+  case 2:
+    return is_signed ? visit(std::int16_t{}) : visit(std::uint16_t{});
+  case 4:
+    return is_signed ? visit(std::int32_t{}) : visit(std::uint32_t{});
+  default:
+    return is_signed ? visit(std::int64_t{}) : visit(std::uint64_t{});
+  }
+}
+
 /** \brief A word in capitals, and in small letters, those of ASCII. */
 std::string
 upperCase(std::string word);

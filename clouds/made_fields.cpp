@@ -8,21 +8,6 @@
 namespace pcl_ext {
 namespace clouds {
 
-namespace {
-
-using Kind = FileField::Kind;
-
-template <typename NumberT>
-double
-numberAt(const std::uint8_t* bytes)
-{
-  NumberT number;
-  std::memcpy(&number, bytes, sizeof(number));
-  return static_cast<double>(number);
-}
-
-} // namespace
-
 const pcl::PCLPointField*
 findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
 {
@@ -36,21 +21,9 @@ findField(const pcl::PCLPointCloud2& cloud, const std::string& name)
 double
 NumberReader::operator()(const std::uint8_t* point) const
 {
-  const std::uint8_t* const number = point + offset_;
-  if (file_field_.kind == Kind::Real)
-    return file_field_.bytes == sizeof(float) ? numberAt<float>(number)
-                                              : numberAt<double>(number);
-  const bool is_signed = file_field_.kind == Kind::Signed;
-  switch (file_field_.bytes) {
-  case 1:
-    return is_signed ? numberAt<std::int8_t>(number) : numberAt<std::uint8_t>(number);
-  case 2:
-    return is_signed ? numberAt<std::int16_t>(number) : numberAt<std::uint16_t>(number);
-  case 4:
-    return is_signed ? numberAt<std::int32_t>(number) : numberAt<std::uint32_t>(number);
-  default:
-    return is_signed ? numberAt<std::int64_t>(number) : numberAt<std::uint64_t>(number);
-  }
+  return visitNumber(file_field_, point + offset_, [](auto number) {
+    return static_cast<double>(number);
+  });
 }
 
 MadeField

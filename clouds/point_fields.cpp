@@ -44,17 +44,6 @@ datatypeOf(const FileField& field)
   return nullptr;
 }
 
-template <typename NumberT>
-std::string
-textOfNumber(const std::uint8_t* bytes)
-{
-  NumberT number;
-  std::memcpy(&number, bytes, sizeof(number));
-  std::array<char, 40> text{};
-  const auto result = std::to_chars(text.data(), text.data() + text.size(), number);
-  return {text.data(), result.ptr};
-}
-
 /** \brief Bytes of a field in each of some points. */
 template <typename Byte>
 struct Column {
@@ -163,24 +152,11 @@ typeName(const FileField& field)
 std::string
 textOf(const FileField& field, const std::uint8_t* number)
 {
-  if (field.kind == Kind::Real)
-    return field.bytes == sizeof(float) ? textOfNumber<float>(number)
-                                        : textOfNumber<double>(number);
-  const bool is_signed = field.kind == Kind::Signed;
-  switch (field.bytes) {
-  case 1:
-    return is_signed ? textOfNumber<std::int8_t>(number)
-                     : textOfNumber<std::uint8_t>(number);
-  case 2:
-    return is_signed ? textOfNumber<std::int16_t>(number)
-                     : textOfNumber<std::uint16_t>(number);
-  case 4:
-    return is_signed ? textOfNumber<std::int32_t>(number)
-                     : textOfNumber<std::uint32_t>(number);
-  default:
-    return is_signed ? textOfNumber<std::int64_t>(number)
-                     : textOfNumber<std::uint64_t>(number);
-  }
+  return visitNumber(field, number, [](auto value) {
+    std::array<char, 40> text{};
+    const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
+    return std::string(text.data(), result.ptr);
+  });
 }
 
 bool

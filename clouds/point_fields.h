@@ -10,6 +10,7 @@
 #include <pcl/PCLPointCloud2.h>
 
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,20 @@ fileFieldOf(const pcl::PCLPointField& field);
 /** \brief The type of a field's numbers as users name it: "uint16". */
 std::string
 typeName(const FileField& field);
+
+/** \brief Calls a function with a number of a cloud, which has the type of its field.
+ * \param[in] number in the order of this machine
+ * \param[in] visit gives the same type of result for all
+ */
+template <typename VisitorT>
+auto
+visitNumber(const FileField& field, const std::uint8_t* number, const VisitorT& visit)
+{
+  return visitZero(field, [&](auto value) {
+    std::memcpy(&value, number, sizeof(value));
+    return visit(value);
+  });
+}
 
 /** \brief A number of a cloud as text.
  * \param[in] number in the order of this machine

@@ -178,14 +178,10 @@ McapStream::Implementation::takeNextOfChunk()
 {
   SpanReader reader(chunk_.data() + next_in_chunk_, chunk_.size() - next_in_chunk_);
   const std::size_t begin = next_in_chunk_;
-  while (reader.remaining() > 0) {
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    const std::uint64_t length = reader.u64();
-    const std::uint8_t* const content = reader.take(length);
-    if (content == nullptr)
-      break;
+  mcap::Record record;
+  while (mcap::takeRecord(reader, record)) {
     next_in_chunk_ = begin + reader.position();
-    const auto size = static_cast<std::size_t>(length);
+    const auto& [opcode, content, size] = record;
     if (opcode == Opcode::Schema)
       list_.addSchema(content, size);
     else if (opcode == Opcode::Channel)

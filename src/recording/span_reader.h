@@ -25,12 +25,6 @@ public:
     return static_cast<std::uint8_t>(number(1));
   }
 
-  std::uint16_t
-  u16()
-  {
-    return static_cast<std::uint16_t>(number(2));
-  }
-
   std::uint32_t
   u32()
   {

@@ -92,12 +92,6 @@ protected:
     return here_;
   }
 
-  const Block&
-  lower(std::size_t face) const
-  {
-    return lower_[face];
-  }
-
   static constexpr std::uint32_t none = BlockDirectory::not_found;
 
   /** \brief Index of the block across a face of a block of the frame, or none. */

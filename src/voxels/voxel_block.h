@@ -4,7 +4,6 @@
 #include <pcl_ext/version.h>
 
 #include "simd/bit_operations.h"
-#include "voxels/child_masks.h"
 
 #include <array>
 #include <cstddef>
@@ -35,13 +34,6 @@ constexpr std::uint64_t
 cellsInGrid(unsigned int grid_depth)
 {
   return grid_depth >= block_levels ? ~std::uint64_t{0} : std::uint64_t{0xff};
-}
-
-/** \brief Number of cells of a mask in one octant, 0..7, of its block. */
-constexpr unsigned int
-octantCount(std::uint64_t mask, unsigned int octant)
-{
-  return child_masks.count[mask >> (8 * octant) & 0xff];
 }
 
 /** \brief The octants of a block that have occupied cells. */
@@ -221,14 +213,6 @@ struct NeighbourCounts {
       return (count >> index & 1) != 0 ? bits[index] : ~bits[index];
     };
     return bit(0) & bit(1) & bit(2);
-  }
-
-  /** \brief Sum of the numbers of an octant's cells. */
-  unsigned int
-  sum(unsigned int octant) const
-  {
-    return octantCount(bits[0], octant) + 2 * octantCount(bits[1], octant) +
-           4 * octantCount(bits[2], octant);
   }
 };
 

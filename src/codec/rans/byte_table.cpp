@@ -1,34 +1,36 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/rans/byte_table.h"
 
-#include <algorithm>
-#include <cstring>
+#include <array>
+#include <cstdint>
 #include <memory>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
-void
-ByteTable::set(const Weights& weights)
+namespace {
+
+/** \brief Slots of the values of a byte, each at least one.
+ * \param[in] weights their sum is 2^32 or a little less
+ */
+ByteTable::Widths
+widthsOf(const std::array<std::uint32_t, ByteTable::symbol_count>& weights)
 {
-  constexpr std::uint64_t shared = probability_one - symbol_count;
+  constexpr std::uint64_t shared = probability_one - ByteTable::symbol_count;
+  ByteTable::Widths widths;
   std::uint64_t below = 0;
   std::uint32_t start = 0;
-  for (unsigned int i = 0; i < symbol_count; ++i) {
+  for (std::uint32_t i = 0; i < widths.size(); ++i) {
     below += weights[i];
     const std::uint32_t end =
-        i + 1 == symbol_count
+        i + 1 == widths.size()
             ? probability_one
             : i + 1 + static_cast<std::uint32_t>(below * shared >> 32);
-    ranges_[i] = start | (end - start) << 16;
-    // Slots written beyond `end` are overwritten by the next symbol.
-    for (std::uint32_t slot = start; slot < end; slot += fill_size)
-      std::memset(&symbols_[slot], static_cast<int>(i), fill_size);
+    widths[i] = static_cast<std::uint16_t>(end - start);
     start = end;
   }
+  return widths;
 }
-
-namespace {
 
 struct OccupancyTables {
   std::array<ByteTable, 43> tables;
@@ -48,14 +50,14 @@ struct OccupancyTables {
       const std::uint64_t probability = tableProbability(fine << 9);
       if (probability != fine)
         continue;
-      ByteTable::Weights weights;
+      std::array<std::uint32_t, ByteTable::symbol_count> weights;
       for (unsigned int byte = 0; byte < weights.size(); ++byte) {
         std::uint64_t weight = 1;
         for (unsigned int bit = 0; bit < 8; ++bit)
           weight *= (byte >> bit & 1) != 0 ? probability : 128 - probability;
         weights[byte] = static_cast<std::uint32_t>(weight >> 24);
       }
-      tables[index(fine)].set(weights);
+      tables[index(fine)].set(widthsOf(weights));
     }
   }
 };

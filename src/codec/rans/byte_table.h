@@ -3,46 +3,13 @@
 
 #include <pcl_ext/version.h>
 
-#include "codec/rans/nibble_model.h"
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
+#include "codec/rans/slot_table.h"
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 namespace rans {
 
-/** \brief Fixed probabilities of the 256 values of a byte. */
-class ByteTable {
-public:
-  static constexpr std::size_t symbol_count = 256;
-  using Weights = std::array<std::uint32_t, symbol_count>;
-
-  /** \brief Sets the probabilities.
-   * \param[in] weights of the values; their sum is 2^32 or a little less
-   */
-  void
-  set(const Weights& weights);
-
-  ProbabilityRange
-  range(unsigned int symbol) const
-  {
-    return {ranges_[symbol] & 0xffff, ranges_[symbol] >> 16};
-  }
-
-  /** \brief The symbol of a slot. */
-  unsigned int
-  find(std::uint32_t slot) const
-  {
-    return symbols_[slot];
-  }
-
-private:
-  static constexpr std::size_t fill_size = 16; ///< slots written at a time
-
-  std::array<std::uint32_t, symbol_count> ranges_;
-  std::array<std::uint8_t, probability_one + fill_size> symbols_;
-};
+/** \brief Fixed probabilities of the values of a byte. */
+using ByteTable = SlotTable<256>;
 
 /** \brief The probability of the table for a probability, of which 2^16 is 1: in units
  * of 2^-7, in coarser steps in the middle. */

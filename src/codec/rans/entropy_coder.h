@@ -81,7 +81,7 @@ public:
   }
 
   /** \brief Codes a symbol whose probabilities are fixed.
-   * \param[in] table a ByteTable, or one like it
+   * \param[in] table a SlotTable
    */
   template <class TableT>
   unsigned int

@@ -56,12 +56,12 @@ codeHasTable(CoderT& coder, bool has_table)
  * of others: zeros
  */
 void
-mergeCounts(std::vector<SymbolTable::Counts>& counts)
+mergeCounts(std::vector<SymbolCounts>& counts)
 {
   std::size_t first = 0;
   std::uint64_t cost = costOf(counts[0]);
   for (std::size_t context = 1; context < counts.size(); ++context) {
-    SymbolTable::Counts both;
+    SymbolCounts both;
     std::transform(counts[first].begin(),
                    counts[first].end(),
                    counts[context].begin(),
@@ -82,10 +82,10 @@ mergeCounts(std::vector<SymbolTable::Counts>& counts)
 
 /** \brief How often the coder codes something for so many symbols and their low bits. */
 std::size_t
-codesOf(const std::vector<SymbolTable::Counts>& counts)
+codesOf(const std::vector<SymbolCounts>& counts)
 {
   std::size_t codes = 0;
-  for (const SymbolTable::Counts& of_context : counts)
+  for (const SymbolCounts& of_context : counts)
     for (unsigned int symbol = 0; symbol < SymbolTable::symbol_count; ++symbol) {
       const unsigned int bits = symbol < number_symbol_count ? lowBitsOf(symbol) : 0;
       const unsigned int parts =
@@ -96,7 +96,7 @@ codesOf(const std::vector<SymbolTable::Counts>& counts)
 }
 
 bool
-isEmpty(const SymbolTable::Counts& counts)
+isEmpty(const SymbolCounts& counts)
 {
   return std::all_of(
       counts.begin(), counts.end(), [](std::uint32_t count) { return count == 0; });
@@ -118,7 +118,7 @@ SymbolEncoding::reserve(std::size_t numbers)
 void
 SymbolEncoding::countSymbols(std::size_t context_count)
 {
-  work_->counts.assign(context_count, SymbolTable::Counts{});
+  work_->counts.assign(context_count, SymbolCounts{});
   for (const std::uint32_t* symbol = work_->symbols.data(); symbol != next_; ++symbol)
     if ((*symbol & low_bits) == 0)
       ++work_->counts[*symbol >> 8][*symbol & 0xff];

@@ -23,8 +23,8 @@ constexpr std::size_t most_contexts = 256;
  * next. */
 struct SymbolWorkspace {
   std::vector<std::uint32_t> symbols;
-  std::vector<SymbolTable::Counts> counts; // of contexts
-  std::deque<SymbolTable> tables;          // stay where they are
+  std::vector<SymbolCounts> counts; // of contexts
+  std::deque<SymbolTable> tables;   // stay where they are
   std::array<const SymbolTable*, most_contexts> table_of_context;
   std::vector<std::uint32_t> ranges;
   std::vector<std::uint16_t> words;

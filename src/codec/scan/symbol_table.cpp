@@ -4,7 +4,6 @@
 #include "simd/bit_operations.h"
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -31,22 +30,8 @@ log2Of(std::uint32_t number)
 
 } // namespace
 
-void
-SymbolTable::set(const Widths& widths)
-{
-  std::uint32_t start = 0;
-  for (std::size_t symbol = 0; symbol < symbol_count; ++symbol) {
-    const std::uint32_t end = start + widths[symbol];
-    ranges_[symbol] = start | std::uint32_t{widths[symbol]} << 16;
-    // Slots written beyond `end` are overwritten by the next symbol.
-    for (std::uint32_t slot = start; slot < end; slot += fill_size)
-      std::memset(&symbols_[slot], static_cast<int>(symbol), fill_size);
-    start = end;
-  }
-}
-
 SymbolTable::Widths
-widthsOf(const SymbolTable::Counts& counts)
+widthsOf(const SymbolCounts& counts)
 {
   const std::uint64_t sum = std::max<std::uint64_t>(
       std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), 1);
@@ -78,7 +63,7 @@ widthsOf(const SymbolTable::Counts& counts)
 }
 
 std::uint64_t
-costOf(const SymbolTable::Counts& counts)
+costOf(const SymbolCounts& counts)
 {
   constexpr std::uint64_t of_width = 7u << 8; // bits, about
   std::uint64_t sum = 0;

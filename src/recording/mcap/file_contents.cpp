@@ -4,7 +4,6 @@
 #include "recording/mcap/channel_list.h"
 #include "recording/mcap/record_access.h"
 #include "recording/mcap/summary.h"
-#include "recording/span_reader.h"
 
 #include <algorithm>
 #include <utility>
@@ -175,12 +174,10 @@ ContentsFinder::addByMessageIndex(const ChunkIndex& chunk,
   SpanReader reader(buffer_.data(), buffer_.size());
   MessageIndex index;
   std::vector<std::uint64_t> offsets;
-  while (reader.remaining() > 0) {
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    const std::uint64_t length = reader.u64();
-    const std::uint8_t* const content = reader.take(length);
-    if (content == nullptr || opcode != Opcode::MessageIndex ||
-        !parse(content, static_cast<std::size_t>(length), index) ||
+  Record record;
+  while (takeRecord(reader, record)) {
+    if (record.opcode != Opcode::MessageIndex ||
+        !parse(record.content, record.size, index) ||
         chunk.message_index_offsets.count(index.channel_id) == 0)
       return false;
     if (!channels_.isWanted(index.channel_id))
@@ -214,14 +211,9 @@ ContentsFinder::scanRecords(const std::vector<std::uint8_t>& records,
                             std::size_t section)
 {
   SpanReader reader(records.data(), records.size());
-  while (reader.remaining() > 0) {
-    const std::size_t offset = reader.position();
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    const std::uint64_t length = reader.u64();
-    const std::uint8_t* const content = reader.take(length);
-    if (content == nullptr)
-      return;
-    const auto size = static_cast<std::size_t>(length);
+  Record record;
+  for (std::size_t offset = 0; takeRecord(reader, record); offset = reader.position()) {
+    const auto& [opcode, content, size] = record;
     if (opcode == Opcode::Schema)
       channels_.addSchema(content, size);
     else if (opcode == Opcode::Channel)

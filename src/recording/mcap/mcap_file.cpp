@@ -3,7 +3,6 @@
 
 #include "recording/mcap/file_contents.h"
 #include "recording/mcap/record_access.h"
-#include "recording/span_reader.h"
 
 namespace pcl_ext::PCL_EXT_ABI::recording {
 namespace mcap {
@@ -14,12 +13,10 @@ void
 findMessages(ChunkCache::Records& records)
 {
   SpanReader reader(records.bytes.data(), records.bytes.size());
-  while (reader.remaining() > 0) {
-    const std::size_t offset = reader.position();
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    if (reader.take(reader.u64()) != nullptr && opcode == Opcode::Message)
+  Record record;
+  for (std::size_t offset = 0; takeRecord(reader, record); offset = reader.position())
+    if (record.opcode == Opcode::Message)
       records.offsets.push_back(offset);
-  }
 }
 
 /** \brief Takes a message from the content of its record. */
@@ -70,10 +67,9 @@ McapFile::read(const MessagePlace& place,
       reader);
   if (!failure.empty())
     return failure;
-  reader.u8();
-  const std::uint64_t length = reader.u64();
-  return takeMessage(
-      reader.take(length), static_cast<std::size_t>(length), message, channel_id);
+  Record record;
+  takeRecord(reader, record);
+  return takeMessage(record.content, record.size, message, channel_id);
 }
 
 bool

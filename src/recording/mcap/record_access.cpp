@@ -2,7 +2,6 @@
 #include "recording/mcap/record_access.h"
 
 #include "recording/mcap/chunk_compression.h"
-#include "recording/span_reader.h"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,18 @@ namespace {
 constexpr std::size_t max_chunk_fields_size = 256;
 
 } // namespace
+
+bool
+takeRecord(SpanReader& reader, Record& record)
+{
+  if (reader.remaining() == 0)
+    return false;
+  record.opcode = static_cast<Opcode>(reader.u8());
+  const std::uint64_t length = reader.u64();
+  record.content = reader.take(length);
+  record.size = static_cast<std::size_t>(length);
+  return record.content != nullptr;
+}
 
 bool
 hasMagic(const InputFile& file, std::uint64_t offset)

@@ -4,7 +4,9 @@
 #include "recording/bag_contents.h"
 #include "recording/files.h"
 #include "recording/mcap/records.h"
+#include "recording/span_reader.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -32,6 +34,19 @@ std::string
 loadChunk(const InputFile& file,
           const Section& section,
           std::vector<std::uint8_t>& records);
+
+/** \brief A record in bytes that it does not own. */
+struct Record {
+  Opcode opcode{};
+  const std::uint8_t* content = nullptr;
+  std::size_t size = 0; ///< of the content
+};
+
+/** \brief Takes the next record.
+ * \return false if there is none, or it is cut off, so that the reader has failed
+ */
+bool
+takeRecord(SpanReader& reader, Record& record);
 
 /** \brief True if the magic bytes of MCAP are at an offset. */
 bool

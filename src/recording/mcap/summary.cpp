@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap/summary.h"
 
-#include "recording/span_reader.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -46,13 +44,9 @@ parseSummary(const std::vector<std::uint8_t>& bytes,
 {
   bool has_statistics = false;
   SpanReader reader(bytes.data(), bytes.size());
-  while (reader.remaining() > 0) {
-    const auto opcode = static_cast<Opcode>(reader.u8());
-    const std::uint64_t length = reader.u64();
-    const std::uint8_t* const content = reader.take(length);
-    if (content == nullptr)
-      return false;
-    const auto size = static_cast<std::size_t>(length);
+  Record record;
+  while (takeRecord(reader, record)) {
+    const auto& [opcode, content, size] = record;
     bool is_valid = true;
     if (opcode == Opcode::Schema)
       channels.addSchema(content, size);
@@ -72,7 +66,7 @@ parseSummary(const std::vector<std::uint8_t>& bytes,
     if (!is_valid)
       return false;
   }
-  return has_statistics;
+  return has_statistics && !reader.failed();
 }
 
 /** \brief True if records are where their indexes say, and each has one index. */

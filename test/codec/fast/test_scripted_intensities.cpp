@@ -14,28 +14,6 @@ using namespace pcl_ext::io::test;
 
 constexpr CompressionCode ok = CompressionCode::Ok;
 
-/** \brief A block of which the voxels had the steps 0, 0, 0, 0, 5, 12. */
-ScriptedStream
-streamOfSteps(unsigned int bits)
-{
-  ScriptedStream stream(2, bits, 6, [](FastScript& script) {
-    script.newVoxels(2, keysOf(0, 0x3f));
-    script.beginSteps();
-    for (const unsigned int step : {0u, 0u, 0u, 0u, 5u, 12u})
-      script.newStep(step);
-  });
-  stream.setGenuine(stream.pFrame(6, [](FastScript& script) {
-    script.trackedVoxels(3, 6, 0x3f);
-    script.octants(false, 0);
-    script.noNewBlocks();
-    for (int voxel = 0; voxel < 4; ++voxel)
-      script.trackedStep(0, 0);
-    script.trackedStep(5, 4);
-    script.trackedStep(12, 8);
-  }));
-  return stream;
-}
-
 /** \brief Writes the first four voxels of a P-frame, and then the others. */
 Choices
 afterFour(const Choices& steps)
@@ -48,6 +26,23 @@ afterFour(const Choices& steps)
       script.trackedStep(0, 0);
     steps(script);
   };
+}
+
+/** \brief A block of which the voxels had the steps 0, 0, 0, 0, 5, 12. */
+ScriptedStream
+streamOfSteps(unsigned int bits)
+{
+  ScriptedStream stream(2, bits, 6, [](FastScript& script) {
+    script.newVoxels(2, keysOf(0, 0x3f));
+    script.beginSteps();
+    for (const unsigned int step : {0u, 0u, 0u, 0u, 5u, 12u})
+      script.newStep(step);
+  });
+  stream.setGenuine(stream.pFrame(6, afterFour([](FastScript& script) {
+                                    script.trackedStep(5, 4);
+                                    script.trackedStep(12, 8);
+                                  })));
+  return stream;
 }
 
 Choices

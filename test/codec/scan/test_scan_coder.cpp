@@ -172,7 +172,7 @@ TEST(SymbolTable, WidthsFollowCounts)
 {
   std::mt19937 random(11);
   for (int i = 0; i < 200; ++i) {
-    scan::SymbolTable::Counts counts{};
+    scan::SymbolCounts counts{};
     const std::size_t used = 1 + random() % counts.size();
     for (std::size_t k = 0; k < used; ++k)
       counts[random() % counts.size()] = 1u << random() % 25;

@@ -177,12 +177,12 @@ public:
     EdgeTrial trial;
     trial.edge = edge;
     trial.holes = holes;
-    encoding_.setResolution(edge);
+    encoding_.codec().resolution = edge;
     bool is_encoded = false;
     for (const auto& [effort, name] : io::efforts) {
       if (isInterrupted() || (options_.effort && *options_.effort != effort))
         continue;
-      encoding_.setEffort(effort);
+      encoding_.codec().effort = effort;
       is_encoded |= addEffort(static_cast<std::size_t>(effort), trial, trials);
       advance_();
     }

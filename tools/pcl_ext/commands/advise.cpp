@@ -295,9 +295,7 @@ int
 advise(AdviseOptions& options)
 {
   constexpr std::size_t clouds = 30; // the usual I-frame rate
-  Console console("advise");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("advise", options.is_quiet);
   const std::vector<HeldClouds> streams =
       holdTriedInput(options.input, options.trials.encoding, clouds, console);
   options.trials.encoding.check();

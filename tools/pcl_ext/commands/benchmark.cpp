@@ -183,9 +183,7 @@ writeJson(const Output& output, const BenchmarkReport& report)
 int
 benchmark(BenchmarkOptions options)
 {
-  Console console("benchmark");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("benchmark", options.is_quiet);
   if (!options.json.path.empty())
     checkJson(options);
   BenchmarkReport report;
@@ -207,7 +205,7 @@ benchmark(BenchmarkOptions options)
     for (const io::Effort effort : options.efforts) {
       if (stream.clouds.empty() || isInterrupted())
         break;
-      options.encoding.setEffort(effort);
+      options.encoding.codec().effort = effort;
       MeasuredStream measured(options.encoding, stream, counter);
       for (std::size_t i = 0; i < options.frames && !isInterrupted(); ++i) {
         measured.run();

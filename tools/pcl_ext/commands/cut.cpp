@@ -26,9 +26,7 @@ struct CutOptions {
 int
 cut(const CutOptions& options)
 {
-  Console console("cut");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("cut", options.is_quiet);
   const std::string& path = options.output.path;
   if (path == "-")
     console.keepOutputFree();

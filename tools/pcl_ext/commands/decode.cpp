@@ -54,14 +54,12 @@ class Decode {
 public:
   explicit Decode(const DecodeOptions& options)
   : options_(options)
-  , console_("decode")
+  , console_("decode", options.is_quiet)
   , is_bag_(isBag(options))
   , input_(is_bag_ ? RecordingInput::openBag(options.input)
                    : RecordingInput(options.input))
   , failures_([this](const std::string& line) { console_.error(line); })
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     input_.select(options.selection);
     refuseTakenFile({input_.path()}, options.output.path, options.output.may_replace);
     std::vector<std::string> chosen;

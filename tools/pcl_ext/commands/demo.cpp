@@ -8,7 +8,7 @@
 #include "options/options.h"
 #include "outputs/cloud_folder.h"
 #include "outputs/frame_output.h"
-#include "simulator/crop_box.h"
+#include "simulator/robot_cell.h"
 
 #include <algorithm>
 #include <cmath>
@@ -87,14 +87,10 @@ print(const std::vector<DemoReport>& reports)
 /** \brief Some sensors of the robot cell, through the whole pipeline. */
 class Demo {
 public:
-  explicit Demo(const DemoOptions& options) : options_(options), console_("demo")
+  explicit Demo(const DemoOptions& options)
+  : options_(options), console_("demo", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
-    if (!options_.encoding.cropBox())
-      options_.encoding.setCropBox(cell::cropBox());
-    if (!options_.encoding.hasSensor())
-      options_.encoding.setSensor(runtimeSensor(KinectV2()));
+    options_.encoding.completeForCell();
     options_.encoding.check();
     for (unsigned int sensor = 1; sensor <= options.sensors; ++sensor)
       streams_.push_back(std::make_unique<DemoStream>(
@@ -232,7 +228,7 @@ addDemo(CLI::App& app)
          "least intensity that denoising keeps, instead of the outlier filter")
       ->type_name("I");
   options->encoding.setDefaults(cell_resolution, cell_law);
-  options->encoding.setEffort(effort_of_files);
+  options->encoding.codec().effort = effort_of_files;
   options->encoding.addCropOption(app);
   options->encoding.addCodecOptions(app);
   addQuiet(app, options->is_quiet);

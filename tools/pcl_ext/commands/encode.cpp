@@ -28,9 +28,7 @@ namespace {
 int
 encodeOne(const EncodeOptions& options)
 {
-  Console console("encode");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("encode", options.is_quiet);
   if (options.reports_progress)
     console.reportProgress();
   if (options.output.path == "-")
@@ -129,7 +127,7 @@ addEncode(CLI::App& app)
            "--topics",
            options->input.topics,
            "only these clouds of a bag; others stay as they are");
-  options->encoding.setEffort(effort_of_files);
+  options->encoding.codec().effort = effort_of_files;
   options->encoding.addCodecOptions(app);
   options->encoding.addCloudOptions(app);
   options->encoding.addBudget(app);

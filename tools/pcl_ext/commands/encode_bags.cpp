@@ -50,10 +50,8 @@ public:
   BagsEncoding(const EncodeOptions& options,
                const std::vector<std::string>& bags,
                const std::string& manifest_options)
-  : options_(options), console_("encode"), crew_(options.jobs)
+  : options_(options), console_("encode", options.is_quiet), crew_(options.jobs)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     if (options.reports_progress)
       console_.reportProgress();
     checkFolder();
@@ -162,10 +160,8 @@ private:
     // Of a run before; none else writes here.
     std::error_code ignored;
     fs::remove(bag.paths.output + unfinished_suffix, ignored);
-    Console console("encode");
+    Console console("encode", options_.is_quiet);
     console.holdLines();
-    if (options_.is_quiet)
-      console.beQuiet();
     Json line = encode(bag.paths, console);
     const std::lock_guard<std::mutex> lock(mutex_);
     manifest_->finish(bag.paths, line);

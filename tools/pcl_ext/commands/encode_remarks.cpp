@@ -22,17 +22,8 @@ remarkOnStream(Console& console,
         (sums.warnings > 1
              ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
              : ""));
-  for (const std::string& remark : {report.left_out,
-                                    report.intensity_remark,
-                                    report.order_remark,
-                                    report.budget_remark,
-                                    report.header_remark,
-                                    report.pose_remark,
-                                    report.colour_remark,
-                                    report.unit_remark,
-                                    report.outlier_remark})
-    if (!remark.empty())
-      console.remark(remark);
+  for (const auto& remark : report.remarks)
+    console.remark(remark.second);
   if (2 * sums.hidden_voxels > sums.occupiedVoxels())
     console.remark(name + ": the temporal filter hid " +
                    counted(sums.hidden_voxels, "voxel") + " of " +

@@ -301,9 +301,7 @@ toJson(const std::string& name,
 int
 info(const InfoOptions& options)
 {
-  Console console("info");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("info", options.is_quiet);
   auto json = nlohmann::ordered_json::array();
   bool is_first = true;
   const int status =

@@ -78,9 +78,7 @@ addKeep(CLI::App& app)
             });
   addQuiet(app, options->is_quiet);
   return [options] {
-    Console console("keep");
-    if (options->is_quiet)
-      console.beQuiet();
+    Console console("keep", options->is_quiet);
     completeLinkSettings(options->link);
     link::KeptFrames kept;
     throwUnlessOk(link::keepFrames(options->link, options->keep, kept));

@@ -248,10 +248,9 @@ joinParts(const std::string& name,
 
 class Merge {
 public:
-  explicit Merge(const MergeOptions& options) : options_(options), console_("merge")
+  explicit Merge(const MergeOptions& options)
+  : options_(options), console_("merge", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     const std::string& path = options.output.path;
     if (path == "-")
       console_.keepOutputFree();

@@ -52,10 +52,8 @@ struct ReceiveOptions {
 class Receive {
 public:
   explicit Receive(const ReceiveOptions& options)
-  : options_(options), console_("receive")
+  : options_(options), console_("receive", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     if (options.output.path.empty() && !options.view.is_on && !options.centre.isOn() &&
         !options.metrics.port)
       throw UsageError("say what to do with the frames: -o, --view, --merge, --map or "
@@ -185,7 +183,7 @@ private:
       link::LinkSettings merged = options_.link.link;
       merged.site = options_.merged_site;
       merged_ = std::make_unique<LinkOutput>(
-          merged, [this](std::size_t) { centre_->requestIFrame(); }, events_);
+          merged, "", [this](std::size_t) { centre_->requestIFrame(); }, events_);
       centre_->addOutput(*merged_);
     }
     if (options_.view.is_on) {

@@ -44,45 +44,11 @@ struct SendOptions {
   std::vector<std::string> for_clouds; ///< options without effect on encoded frames
 };
 
-/** \brief Names streams anew. */
-class PrefixedOutput : public LiveOutput {
-public:
-  PrefixedOutput(LiveOutput& output, std::string prefix)
-  : output_(output), prefix_(std::move(prefix))
-  {}
-
-  std::size_t
-  addStream(const std::string& name, const StreamMetadata& metadata) override
-  {
-    return output_.addStream(prefix_ + name, metadata);
-  }
-
-  void
-  publish(std::size_t stream,
-          std::chrono::nanoseconds time,
-          std::vector<std::uint8_t> frame) override
-  {
-    output_.publish(stream, time, std::move(frame));
-  }
-
-  void
-  end() override
-  {
-    output_.end();
-  }
-
-private:
-  LiveOutput& output_;
-  const std::string prefix_;
-};
-
 class Send {
 public:
-  explicit Send(const SendOptions& options) : options_(options), console_("send")
-  {
-    if (options.is_quiet)
-      console_.beQuiet();
-  }
+  explicit Send(const SendOptions& options)
+  : options_(options), console_("send", options.is_quiet)
+  {}
 
   int
   run()
@@ -107,13 +73,13 @@ private:
     LiveCell cell(options_.encoding, cell::RobotCell::sensor_count, seed);
     LinkOutput output(
         options_.link,
+        options_.prefix,
         [&cell](std::size_t stream) { cell.requestIFrame(stream); },
         events_);
-    PrefixedOutput named(output, options_.prefix);
-    cell.addStreams(named);
+    cell.addStreams(output);
     const auto served = serve(output, [&] { return cell.metrics(options_.prefix); });
     announce("robot cell");
-    cell.run(named, [&] {
+    cell.run(output, [&] {
       if (const std::string overload = cell.newOverload(); !overload.empty())
         console_.remark(overload);
       showStatus(output, cell.overload().empty() ? "" : ", this machine is too slow");
@@ -169,12 +135,11 @@ private:
   sendStandardInput()
   {
     refuseOptionsOfClouds(true);
-    LinkOutput output(options_.link, nullptr, events_);
-    PrefixedOutput named(output, options_.prefix);
+    LinkOutput output(options_.link, options_.prefix, nullptr, events_);
     const auto served = serve(output);
     announce("standard input");
     has_failed_ =
-        !PipedFrames(named, "/stream", console_).run([&] { showStatus(output); });
+        !PipedFrames(output, "/stream", console_).run([&] { showStatus(output); });
     summarise(output);
   }
 
@@ -197,12 +162,12 @@ private:
     PlayedClouds clouds(options_.encoding, *input, failures);
     LinkOutput output(
         options_.link,
+        options_.prefix,
         [&clouds](std::size_t stream) { clouds.requestIFrame(stream); },
         events_);
-    PrefixedOutput named(output, options_.prefix);
     const auto served = serve(output, [&] { return clouds.metrics(options_.prefix); });
     announce(options_.tried.input.inputs[0]);
-    clouds.run(named, [&] {
+    clouds.run(output, [&] {
       const std::size_t left_out =
           clouds.lateClouds() + clouds.blockedClouds() + clouds.cloudsWithoutRoom();
       showStatus(output,
@@ -225,7 +190,7 @@ private:
     if (clouds.lateClouds() > 0)
       console_.error(counted(clouds.lateClouds(), "cloud") +
                      " left out, as this machine is too slow for them: take " +
-                     (options_.encoding.effort() == io::Effort::Fast
+                     (options_.encoding.codec().effort == io::Effort::Fast
                           ? ""
                           : "a faster --effort, ") +
                      "a larger --resolution or a faster machine");
@@ -244,12 +209,11 @@ private:
   void
   sendRecording(recording::RecordingReader& reader)
   {
-    LinkOutput output(options_.link, nullptr, events_);
-    PrefixedOutput named(output, options_.prefix);
+    LinkOutput output(options_.link, options_.prefix, nullptr, events_);
     const auto served = serve(output);
     announce(options_.tried.input.inputs[0]);
     has_failed_ =
-        !playRecording(reader, options_.tried.input.rate, named, console_, [&] {
+        !playRecording(reader, options_.tried.input.rate, output, console_, [&] {
           showStatus(output);
         });
     summarise(output);

@@ -143,9 +143,7 @@ private:
 int
 verify(const VerifyOptions& options)
 {
-  Console console("verify");
-  if (options.is_quiet)
-    console.beQuiet();
+  Console console("verify", options.is_quiet);
   return forEachInput(options.inputs, console, [&](const std::string& path) {
     return Verify(options, path, console).run();
   });

@@ -88,10 +88,9 @@ filesOf(const std::string& path)
 
 class View {
 public:
-  explicit View(const ViewOptions& options) : options_(options), console_("view")
+  explicit View(const ViewOptions& options)
+  : options_(options), console_("view", options.is_quiet)
   {
-    if (options.is_quiet)
-      console_.beQuiet();
     if (options.shows_cell != options.input.empty())
       throw UsageError(options.shows_cell ? "--cell is shown without a recording"
                                           : "name a recording, - or --cell");

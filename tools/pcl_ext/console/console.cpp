@@ -56,15 +56,11 @@ printError(const std::string& command, const std::string& message)
   std::cerr << command << ": " << printable(shown(message)) << std::endl;
 }
 
-Console::Console(const std::string& command)
-: name_("pcl_ext " + command), is_terminal_(isTerminal(StandardStream::Error))
+Console::Console(const std::string& command, bool is_quiet)
+: name_("pcl_ext " + command)
+, is_quiet_(is_quiet)
+, is_terminal_(isTerminal(StandardStream::Error))
 {}
-
-void
-Console::beQuiet()
-{
-  is_quiet_ = true;
-}
 
 void
 Console::keepOutputFree()

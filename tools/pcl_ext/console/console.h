@@ -26,12 +26,10 @@ printError(const std::string& command, const std::string& message);
  */
 class Console {
 public:
-  /** \param[in] command such as "encode", for messages */
-  explicit Console(const std::string& command);
-
-  /** \brief Leaves progress and remarks out. */
-  void
-  beQuiet();
+  /** \param[in] command such as "encode", for messages
+   * \param[in] is_quiet progress and remarks are left out
+   */
+  Console(const std::string& command, bool is_quiet);
 
   /** \brief Progress is for programs: lines of JSON on standard error, also if quiet. The
    * first is that of the start, the last that of the end; at most ten a second between.
@@ -127,7 +125,7 @@ private:
   printLine(const std::string& message);
 
   std::string name_;
-  bool is_quiet_ = false;
+  const bool is_quiet_;
   bool is_progress_json_ = false;
   bool is_output_free_ = false;
   bool holds_lines_ = false;

@@ -48,21 +48,21 @@ hold(InputCloud& cloud, HeldClouds& stream, Span& span)
 } // namespace
 
 std::vector<HeldClouds>
-holdClouds(CloudInput& input, const HoldLimits& limits)
+holdClouds(CloudInput& input, std::size_t clouds)
 {
   using Clock = std::chrono::steady_clock;
-  const Clock::time_point end =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(limits.seconds));
+  constexpr std::size_t most_bytes = std::size_t{1} << 28; // of all together
+  constexpr std::chrono::seconds most_time{30};
+  const Clock::time_point end = Clock::now() + most_time;
   std::vector<HeldClouds> streams(input.streams().size());
   std::vector<Span> spans(streams.size());
   std::size_t bytes = 0;
   InputCloud cloud;
   recording::McapMessage other;
-  const auto is_full = [&limits](const HeldClouds& stream) {
-    return stream.clouds.size() >= limits.clouds;
+  const auto is_full = [clouds](const HeldClouds& stream) {
+    return stream.clouds.size() >= clouds;
   };
-  while (bytes < limits.bytes && Clock::now() < end && !isInterrupted() &&
+  while (bytes < most_bytes && Clock::now() < end && !isInterrupted() &&
          (streams.empty() || !std::all_of(streams.begin(), streams.end(), is_full))) {
     const CloudInput::Found found = input.next(cloud, other);
     if (found == CloudInput::Found::End)

@@ -22,20 +22,13 @@ struct HeldClouds {
   std::vector<std::string> failures; ///< why clouds could not be read
 };
 
-/** \brief How much of an input is held. */
-struct HoldLimits {
-  std::size_t clouds = 0;                   ///< of each stream
-  std::size_t bytes = std::size_t{1} << 28; ///< of all clouds together
-  double seconds = 30.0;                    ///< of reading
-};
-
-/** \brief Reads the first clouds of each stream of an input, to its end or a limit, or
- * until the program is interrupted. A limit of bytes is passed by the cloud that
- * reaches it.
+/** \brief Reads the first clouds of each stream of an input, to its end, for 30 s, until
+ * they have 256 MiB, which the last one may pass, or until the program is interrupted.
+ * \param[in] clouds the most of each stream
  * \return the streams in the order of the input, those without clouds as well
  */
 std::vector<HeldClouds>
-holdClouds(CloudInput& input, const HoldLimits& limits);
+holdClouds(CloudInput& input, std::size_t clouds);
 
 } // namespace tools
 } // namespace pcl_ext

@@ -5,7 +5,7 @@
 #include "console/interruption.h"
 #include "options/bin_options.h"
 #include "options/options.h"
-#include "simulator/crop_box.h"
+#include "simulator/robot_cell.h"
 
 #include <algorithm>
 #include <memory>
@@ -20,10 +20,7 @@ std::vector<HeldClouds>
 holdCell(EncodingOptions& options, std::size_t clouds, Console& console)
 {
   constexpr std::size_t most_clouds = 60; // 210 MB
-  if (!options.cropBox())
-    options.setCropBox(cell::cropBox());
-  if (!options.hasSensor())
-    options.setSensor(runtimeSensor(KinectV2()));
+  options.completeForCell();
   const std::size_t count = std::min(clouds, most_clouds);
   const auto sequence = clouds::openCell(1, count, 1);
   std::vector<HeldClouds> streams(1);
@@ -88,9 +85,7 @@ holdTriedInput(const TriedInput& tried,
   const std::unique_ptr<CloudInput> input = openInput(tried.input);
   for (const std::string& remark : input->remarks())
     console.remark(remark);
-  HoldLimits limits;
-  limits.clouds = clouds;
-  std::vector<HeldClouds> streams = holdClouds(*input, limits);
+  std::vector<HeldClouds> streams = holdClouds(*input, clouds);
   for (const std::string& remark : input->remarksOnClouds())
     console.remark(remark);
   options.checkStreams(input->streams());

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext {
@@ -21,14 +22,18 @@ namespace tools {
 class LinkOutput : public LiveOutput {
 public:
   /** \param[in] settings as completeLinkSettings() leaves them
+   * \param[in] prefix put before the names of the streams
    * \param[in] request_i_frame called by other threads
    * \param[in] events must outlive this
    * \throws std::runtime_error if no server takes the connection
    */
   LinkOutput(link::LinkSettings settings,
+             std::string prefix,
              const link::FramePublisher::RequestIFrame& request_i_frame,
              Events& events)
-  : events_(events), publisher_(withEvents(settings, events), request_i_frame)
+  : prefix_(std::move(prefix))
+  , events_(events)
+  , publisher_(withEvents(settings, events), request_i_frame)
   {
     throwUnlessOk(publisher_.connect());
   }
@@ -37,7 +42,7 @@ public:
   addStream(const std::string& name, const StreamMetadata& metadata) override
   {
     std::size_t stream = 0;
-    throwUnlessOk(publisher_.addStream(name, metadata, stream));
+    throwUnlessOk(publisher_.addStream(prefix_ + name, metadata, stream));
     return stream;
   }
 
@@ -81,6 +86,7 @@ public:
   }
 
 private:
+  const std::string prefix_;
   Events& events_;
   std::mutex mutex_;
   std::set<std::size_t> told_; // streams with a frame that was too large

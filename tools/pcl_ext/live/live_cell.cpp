@@ -4,7 +4,6 @@
 #include "console/interruption.h"
 #include "measuring/markdown_table.h"
 #include "options/text_values.h"
-#include "simulator/crop_box.h"
 #include "simulator/robot_cell.h"
 
 #include <algorithm>
@@ -66,10 +65,7 @@ LiveCell::Sensor::publish(std::uint32_t frame,
 LiveCell::LiveCell(EncodingOptions& options, unsigned int sensors, std::uint32_t seed)
 : options_(options)
 {
-  if (!options.cropBox())
-    options.setCropBox(cell::cropBox());
-  if (!options.hasSensor())
-    options.setSensor(runtimeSensor(KinectV2()));
+  options.completeForCell();
   options.check();
   for (unsigned int number = 1; number <= sensors; ++number)
     sensors_.push_back(std::make_unique<Sensor>(options, number, seed));
@@ -143,7 +139,7 @@ LiveCell::overload() const
          " left out, as this machine is too slow for them: " +
          measuring::formatted(rate, 1) + " a second of each sensor, not " +
          measuring::formatted(cell::RobotCell::frame_rate, 0) + "; take " +
-         (options_.effort() == io::Effort::Fast ? "" : "a faster --effort, ") +
+         (options_.codec().effort == io::Effort::Fast ? "" : "a faster --effort, ") +
          "a larger --resolution, fewer sensors or a faster machine";
 }
 

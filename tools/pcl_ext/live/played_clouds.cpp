@@ -94,9 +94,8 @@ PlayedClouds::leftOut() const
 {
   std::vector<std::string> sentences;
   for (const Stream& stream : streams_)
-    for (const std::string& sentence :
-         {stream.encoder.leftOut(), stream.encoder.intensityRemark()})
-      if (!sentence.empty())
+    for (const auto& [about, sentence] : stream.encoder.remarks())
+      if (about == Remark::LeftOut || about == Remark::Intensity)
         sentences.push_back(sentence);
   return sentences;
 }

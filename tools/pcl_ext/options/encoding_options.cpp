@@ -5,6 +5,7 @@
 
 #include "console/exit_status.h"
 #include "options/setting_options.h"
+#include "simulator/crop_box.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -144,6 +145,15 @@ EncodingOptions::addCloudOptions(CLI::App& app)
   app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
       ->type_name("NAME");
   addSettingOptions(app, io::encoderSettingTable(), io::OptionGroup::Cloud, codec_);
+}
+
+void
+EncodingOptions::completeForCell()
+{
+  if (!crop_box_)
+    crop_box_ = cell::cropBox();
+  if (!sensor_)
+    sensor_ = runtimeSensor(KinectV2());
 }
 
 void

@@ -49,48 +49,12 @@ public:
     law_ = law;
   }
 
-  /** \brief Sets what is tried in turn, after options are parsed.
-   * \param[in] resolution metres
-   */
-  void
-  setResolution(double resolution)
-  {
-    codec_.resolution = resolution;
-  }
-
   /** \brief Removes outliers by the intensities of a law. */
   void
   removeOutliersBy(IntensityLaw law)
   {
     removes_outliers_ = true;
     law_ = law;
-  }
-
-  io::Effort
-  effort() const
-  {
-    return codec_.effort;
-  }
-
-  /** \brief Sets the effort, before options are added its default. */
-  void
-  setEffort(io::Effort effort)
-  {
-    codec_.effort = effort;
-  }
-
-  /** \brief Sets the number of the first frame, of a part of a stream. */
-  void
-  setFirstFrameNumber(std::uint32_t number)
-  {
-    codec_.first_frame_number = number;
-  }
-
-  /** \brief Of a single cloud: encoders keep nothing for frames after it. */
-  void
-  setSingleCloud()
-  {
-    codec_.i_frame_rate = 1;
   }
 
   /** \brief Adds resolution, law, effort and the other settings of the codec. */
@@ -161,11 +125,18 @@ public:
     return codec_;
   }
 
-  void
-  setCropBox(const io::BoundingBox& box)
+  /** \brief The same to be changed; before options are added what it has are their
+   * defaults. */
+  io::EncoderSettings&
+  codec()
   {
-    crop_box_ = box;
+    return codec_;
   }
+
+  /** \brief Sets crop box and sensor of the simulated robot cell, unless options give
+   * them. */
+  void
+  completeForCell();
 
   const std::optional<io::BoundingBox>&
   cropBox() const
@@ -184,18 +155,6 @@ public:
   removesOutliers() const
   {
     return removes_outliers_;
-  }
-
-  bool
-  hasSensor() const
-  {
-    return sensor_.has_value();
-  }
-
-  void
-  setSensor(const RuntimeSensor& sensor)
-  {
-    sensor_ = sensor;
   }
 
   const std::optional<IntensityLaw>&

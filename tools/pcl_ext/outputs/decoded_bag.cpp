@@ -6,11 +6,9 @@
 #include "console/throw_unless_ok.h"
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/stream_metadata.h"
-#include "outputs/frame_output.h"
 
 #include <algorithm>
 #include <set>
-#include <stdexcept>
 #include <utility>
 
 namespace pcl_ext {
@@ -19,31 +17,19 @@ namespace tools {
 using recording::McapChannel;
 using recording::McapChunking;
 
-/** \brief \throws std::runtime_error after a failure, with what is left of the bag */
-void
-DecodedBag::check(const recording::RecordingStatus& status)
-{
-  if (status.ok())
-    return;
-  writer_ = recording::McapWriter(); // it removes a file that holds nothing
-  throw std::runtime_error(status.message() + describeUnfinished(path_));
-}
-
 DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_packed)
-: path_(output.path), existing_(output.existing()), is_packed_(is_packed)
+: output_(output, true, input.bag() != nullptr ? input.bag()->profile() : "ros2")
+, is_packed_(is_packed)
 {
-  recording::BagReader* const bag = input.bag();
-  throwUnlessOk(
-      writer_.open(path_, bag != nullptr ? profileFor(bag->profile()) : "ros2"));
+  const recording::BagReader* const bag = input.bag();
   std::set<std::string> topics;
   const std::size_t channels = bag != nullptr ? bag->channels().size() : 0;
   others_.resize(channels);
   for (std::size_t channel = 0; channel < channels; ++channel) {
     if (input.isStream(channel))
       continue;
-    others_[channel].emplace();
-    check(writer_.addChannel(
-        bag->channels()[channel], McapChunking::Shared, *others_[channel]));
+    others_[channel] =
+        output_.addChannel(bag->channels()[channel], McapChunking::Shared);
     topics.insert(bag->channels()[channel].topic);
   }
   for (std::size_t stream = 0; stream < input.reader().streams().size(); ++stream) {
@@ -56,7 +42,7 @@ DecodedBag::DecodedBag(const Output& output, RecordingInput& input, bool is_pack
       topic += "/decoded";
     recording::McapChannel decoded = recording::pointCloudChannel(topic);
     addOtherMetadata(metadata, decoded.metadata);
-    check(writer_.addChannel(decoded, McapChunking::Shared, streams_.back()));
+    streams_.back() = output_.addChannel(decoded, McapChunking::Shared);
   }
 }
 
@@ -79,7 +65,7 @@ DecodedBag::write(const RecordingInput::Item& item,
   content.frame_id = frame.frame_id;
   content.bytes.swap(cloud.data);
   recording::writePointCloud(content, false, message_.bytes);
-  check(writer_.write(message_));
+  output_.write(message_);
 }
 
 void
@@ -88,20 +74,15 @@ DecodedBag::passThrough(const RecordingInput::Item& item, RecordingInput& input)
   if (!input.read(item, message_).ok())
     return; // It is part of the damage.
   message_.channel = others_[message_.channel].value();
-  check(writer_.write(message_));
+  output_.write(message_);
 }
 
 std::string
 DecodedBag::finish(RecordingInput& input)
 {
   if (input.bag() != nullptr)
-    copyExtras(*input.bag(), writer_);
-  const bool keeps_earlier = keepsEarlierOutput(path_);
-  if (keeps_earlier)
-    writer_ = recording::McapWriter(); // it writes what it has
-  else
-    check(writer_.finish(existing_));
-  return describeInterruption(path_, keeps_earlier);
+    output_.copyExtras(*input.bag());
+  return output_.finish();
 }
 
 } // namespace tools

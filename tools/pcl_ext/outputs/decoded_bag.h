@@ -4,9 +4,7 @@
 #include <pcl_ext/compression/message_layout.h>
 
 #include "inputs/recording_input.h"
-#include "outputs/output_path.h"
-#include "recording/mcap_writer.h"
-#include "recording/point_cloud_messages.h"
+#include "outputs/frame_output.h"
 
 #include <pcl/PCLPointCloud2.h>
 
@@ -58,12 +56,7 @@ public:
   finish(RecordingInput& input);
 
 private:
-  void
-  check(const recording::RecordingStatus& status);
-
-  std::string path_;
-  recording::ExistingFile existing_;
-  recording::McapWriter writer_;
+  FrameOutput output_;
   std::vector<std::size_t> streams_; // channels of the streams
   bool is_packed_;
   std::map<std::size_t, std::string> without_layout_; // streams, and why

@@ -72,18 +72,12 @@ FrameOutput::check(const RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
-std::string
-profileFor(const std::string& profile)
-{
-  return profile == "ros1" ? std::string() : profile;
-}
-
 FrameOutput::FrameOutput(const Output& output, bool is_bag, const std::string& profile)
 : path_(output.path)
 , existing_(output.existing())
 , is_bag_(is_bag && kindOfOutput(path_) != OutputKind::Frames)
 {
-  throwUnlessOk(is_bag_ ? bag_.open(path_, profileFor(profile))
+  throwUnlessOk(is_bag_ ? bag_.open(path_, profile == "ros1" ? "" : profile)
                         : recording_.open(path_));
 }
 
@@ -171,23 +165,18 @@ FrameOutput::discard()
 }
 
 void
-copyExtras(recording::BagReader& from, recording::McapWriter& to)
-{
-  std::vector<recording::McapMetadata> metadata;
-  throwUnlessOk(from.readMetadata(metadata));
-  for (const recording::McapMetadata& record : metadata)
-    throwUnlessOk(to.write(record));
-  throwUnlessOk(
-      from.readAttachments([&to](const recording::McapAttachment& attachment) {
-        return to.write(attachment);
-      }));
-}
-
-void
 FrameOutput::copyExtras(recording::BagReader& bag)
 {
-  if (is_bag_)
-    tools::copyExtras(bag, bag_);
+  if (!is_bag_)
+    return;
+  std::vector<recording::McapMetadata> metadata;
+  throwUnlessOk(bag.readMetadata(metadata));
+  for (const recording::McapMetadata& record : metadata)
+    throwUnlessOk(bag_.write(record));
+  throwUnlessOk(
+      bag.readAttachments([this](const recording::McapAttachment& attachment) {
+        return bag_.write(attachment);
+      }));
 }
 
 std::string

@@ -22,20 +22,16 @@ struct OutputFrame {
   std::vector<std::uint8_t> bytes;
 };
 
-/** \brief The profile of a bag that is made of another one, with clouds or frames of
- * ROS 2: with messages of ROS 1 besides it is none. */
-std::string
-profileFor(const std::string& profile);
-
-/** \brief Writes encoded frames, and for bags all that is passed through. Failures
- * throw std::runtime_error. */
+/** \brief Writes encoded frames, and for bags other messages and all that is passed
+ * through. Failures throw std::runtime_error. */
 class FrameOutput {
 public:
   /** \brief Opens an output.
    * \param[in] output its path: see OutputKind
    * \param[in] is_bag there may be other messages: frames get headers as those of the
    * transport for ROS 2
-   * \param[in] profile of a bag, see profileFor()
+   * \param[in] profile of the bag that this one is made of; of "ros1" the output, which
+   * has clouds or frames of ROS 2 besides, gets none
    */
   FrameOutput(const Output& output, bool is_bag, const std::string& profile);
 
@@ -103,12 +99,6 @@ private:
   recording::RecordingWriter recording_;
   recording::McapWriter bag_;
 };
-
-/** \brief Copies the metadata and attachments of a bag.
- * \throws std::runtime_error
- */
-void
-copyExtras(recording::BagReader& from, recording::McapWriter& to);
 
 /** \brief What is left of an output that failed, after the reason; empty if nothing. */
 std::string

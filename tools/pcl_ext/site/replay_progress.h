@@ -34,17 +34,10 @@ public:
     pending_ = std::min(pending_, pending);
   }
 
-  /** \brief Kept frames that were still to come when it was shown last. */
-  std::uint64_t
-  pending() const
-  {
-    return pending_;
-  }
-
 private:
   const link::FrameSubscriber& subscriber_;
   Console& console_;
-  std::uint64_t pending_;
+  std::uint64_t pending_; // when it was shown last
 };
 
 } // namespace tools

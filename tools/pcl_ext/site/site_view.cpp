@@ -4,7 +4,6 @@
 #include <pcl_ext/view/view_server.h>
 
 #include "console/throw_unless_ok.h"
-#include "live/view_output.h"
 #include "viewing/started_server.h"
 #include "viewing/viewer_page.h"
 
@@ -32,7 +31,6 @@ public:
   : request_i_frame_(std::move(request_i_frame))
   , console_(console)
   , server_(withRequests(settings))
-  , output_(server_)
   {
     startServer(server_, settings, opens_browser, console);
   }
@@ -47,7 +45,7 @@ public:
     else if (has_changed && found->second)
       throwUnlessOk(server_.setMetadata(*found->second, frame.metadata));
     if (found->second)
-      output_.publish(*found->second, frame.time, frame.bytes);
+      throwUnlessOk(server_.publish(*found->second, frame.time, frame.bytes));
   }
 
   void
@@ -59,7 +57,7 @@ public:
   void
   finish() override
   {
-    output_.end();
+    server_.end();
   }
 
   bool
@@ -109,7 +107,6 @@ private:
   MetadataChanges metadata_changes_;
   // Last, as its thread uses the others.
   view::ViewServer server_;
-  ViewOutput output_;
 };
 
 } // namespace

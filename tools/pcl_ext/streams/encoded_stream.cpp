@@ -26,8 +26,8 @@ optionsOfPart(const EncodingOptions& options,
 {
   EncodingOptions of_part = options;
   if (is_single_cloud)
-    of_part.setSingleCloud();
-  of_part.setFirstFrameNumber(static_cast<std::uint32_t>(first_cloud + 1));
+    of_part.codec().i_frame_rate = 1; // encoders keep nothing for frames after it
+  of_part.codec().first_frame_number = static_cast<std::uint32_t>(first_cloud + 1);
   return of_part;
 }
 
@@ -44,8 +44,8 @@ encode(StreamEncoder& encoder, CloudInWork& work)
       work.sums = encoder.lastCloud();
       return;
     }
-    encoder.note(cloud.remark);
-    encoder.noteColours(cloud.source, cloud.colour_remark);
+    encoder.note(Remark::Header, encoder.name(), cloud.remark);
+    encoder.note(Remark::Colours, cloud.source, cloud.colour_remark);
     work.sums = encoder.lastCloud();
     work.frame.message.log_time = cloud.message.log_time;
     work.frame.message.publish_time = cloud.message.publish_time;
@@ -303,17 +303,11 @@ EncodedStream::add(const StreamEncoder& encoder)
     if (text.empty())
       text = of_part;
   };
-  if (report_.sums.encoded_points == 0)
-    report_.unit_remark = encoder.unitRemark();
-  takeFirst(report_.left_out, encoder.leftOut());
-  takeFirst(report_.intensity_remark, encoder.intensityRemark());
-  takeFirst(report_.order_remark, encoder.orderRemark());
-  takeFirst(report_.budget_remark, encoder.budgetRemark());
+  Remarks remarks = encoder.remarks();
+  if (report_.sums.encoded_points > 0)
+    remarks.erase(Remark::Unit); // of a cloud that is not the first one with points
+  report_.remarks.insert(remarks.begin(), remarks.end());
   takeFirst(report_.frame_id_error, encoder.frameIdError());
-  takeFirst(report_.header_remark, encoder.headerRemark());
-  takeFirst(report_.pose_remark, encoder.poseRemark());
-  takeFirst(report_.colour_remark, encoder.colourRemark());
-  takeFirst(report_.outlier_remark, encoder.outlierRemark());
   report_.is_filter_chosen = options_.codec().temporal_filter == 0;
   takeFirst(report_.why_nothing, encoder.whyNothingWasEncoded());
   report_.sums += encoder.sums();

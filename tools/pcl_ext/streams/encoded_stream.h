@@ -39,17 +39,9 @@ struct CloudInWork {
 
 /** \brief What is to be known of a stream that is encoded. */
 struct EncodedStreamReport {
-  EncodedSums sums;     ///< also of frames that were not written
-  std::string left_out; ///< see StreamEncoder for this and the following
-  std::string intensity_remark;
-  std::string order_remark;
-  std::string budget_remark;
-  std::string frame_id_error;
-  std::string header_remark;
-  std::string pose_remark;
-  std::string colour_remark;
-  std::string unit_remark;
-  std::string outlier_remark;
+  EncodedSums sums; ///< also of frames that were not written
+  Remarks remarks;
+  std::string frame_id_error;    ///< see StreamEncoder::frameIdError()
   bool is_filter_chosen = false; ///< the temporal filter, if it is on, is --max-rate's
   std::string why_nothing;       ///< was encoded; empty if something was
 };

@@ -226,11 +226,11 @@ StreamEncoder::notePose(const pcl::PCLPointCloud2& cloud)
 {
   if (options_.hasPose(name_) && !pose_.linear().isIdentity())
     for (const char* const normal : {"normal_x", "normal_y", "normal_z"})
-      if (pose_remark_.empty() && options_.keepsField(normal) &&
-          hasReadableField(cloud, normal))
-        pose_remark_ = name_ + ": its fields normal_x, normal_y and normal_z are kept "
-                               "as they are, which does not hold for points that "
-                               "--pose has moved";
+      if (options_.keepsField(normal) && hasReadableField(cloud, normal))
+        note(Remark::Pose,
+             name_,
+             "its fields normal_x, normal_y and normal_z are kept as they are, which "
+             "does not hold for points that --pose has moved");
 }
 
 void
@@ -239,46 +239,52 @@ StreamEncoder::noteIntensity(const pcl::PCLPointCloud2& cloud,
                              bool is_dark)
 {
   const bool has_points = hasPoints(cloud) || !cloud.data.empty();
-  if (intensity_remark_.empty() && law_ == IntensityLaw::None && has_points &&
+  if (law_ == IntensityLaw::None && has_points &&
       options_.lawOf(cloud) == IntensityLaw::Native)
-    intensity_remark_ = source + ": its field '" + options_.intensityField() +
-                        "' is left out, and in later clouds, as the first cloud of the "
-                        "stream has none" +
-                        (options_.codec().format == io::StreamFormat::Version1
-                             ? "; --fields all keeps it"
-                             : "");
-  if (intensity_remark_.empty() && is_dark)
-    intensity_remark_ = source +
-                        ": its points get the intensity 0, and those of "
-                        "later clouds like it, as it has no field '" +
-                        options_.intensityField() +
-                        "' that can be read; the first cloud of the stream has one";
+    note(Remark::Intensity,
+         source,
+         "its field '" + options_.intensityField() +
+             "' is left out, and in later clouds, as the first cloud of the stream has "
+             "none" +
+             (options_.codec().format == io::StreamFormat::Version1
+                  ? "; --fields all keeps it"
+                  : ""));
+  if (is_dark)
+    note(Remark::Intensity,
+         source,
+         "its points get the intensity 0, and those of later clouds like it, as it has "
+         "no field '" +
+             options_.intensityField() +
+             "' that can be read; the first cloud of the stream has one");
 }
 
 void
 StreamEncoder::noteHeader(const pcl::PCLPointCloud2& cloud, const std::string& source)
 {
   // Empty names tell nothing.
-  std::string& of_frame_id = options_.namesFrame() ? header_remark_ : frame_id_error_;
-  if (of_frame_id.empty() && !cloud.header.frame_id.empty() &&
-      !cloud_frame_id_.empty() && cloud.header.frame_id != cloud_frame_id_)
-    of_frame_id = source + ": its frame_id is '" + cloud.header.frame_id +
-                  "', that of the clouds before '" + cloud_frame_id_ +
-                  "'; all points of a stream are in one coordinate frame, '" +
-                  frame_id_ + "'";
+  if (!cloud.header.frame_id.empty() && !cloud_frame_id_.empty() &&
+      cloud.header.frame_id != cloud_frame_id_) {
+    const std::string text =
+        "its frame_id is '" + cloud.header.frame_id + "', that of the clouds before '" +
+        cloud_frame_id_ + "'; all points of a stream are in one coordinate frame, '" +
+        frame_id_ + "'";
+    if (options_.namesFrame())
+      note(Remark::Header, source, text);
+    else if (frame_id_error_.empty())
+      frame_id_error_ = source + ": " + text;
+  }
   constexpr std::uint64_t microseconds = 1'000'000;
-  if (header_remark_.empty() &&
-      cloud.header.stamp / microseconds > std::numeric_limits<std::int32_t>::max())
-    header_remark_ = source +
-                     ": its time is after 2038, which messages of ROS 2 do not "
-                     "have: theirs have the same bits, those of a time before "
-                     "1970";
+  if (cloud.header.stamp / microseconds > std::numeric_limits<std::int32_t>::max())
+    note(Remark::Header,
+         source,
+         "its time is after 2038, which messages of ROS 2 do not have: theirs have the "
+         "same bits, those of a time before 1970");
 }
 
 void
 StreamEncoder::noteLeftOut(const pcl::PCLPointCloud2& cloud)
 {
-  if (!left_out_.empty())
+  if (remarks_.count(Remark::LeftOut) > 0)
     return;
   const std::string left_out = nodes::describeLeftOut(cloud, *settings_);
   if (left_out.empty())
@@ -289,10 +295,11 @@ StreamEncoder::noteLeftOut(const pcl::PCLPointCloud2& cloud)
   });
   const bool may_keep_more =
       !are_all && options_.codec().format == io::StreamFormat::Version1;
-  left_out_ =
-      name_ + ": " + left_out +
-      (left_out.rfind("fields", 0) == 0 && may_keep_more ? "; --fields keeps fields"
-                                                         : "");
+  note(Remark::LeftOut,
+       name_,
+       left_out + (left_out.rfind("fields", 0) == 0 && may_keep_more
+                       ? "; --fields keeps fields"
+                       : ""));
 }
 
 /** \brief Notes what a frame would take if its points had another order, by encoding it
@@ -310,9 +317,10 @@ StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
   if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame())
     return;
   const std::size_t more = bytes - std::min(bytes, unordered.size());
-  order_remark_ = name_ + ": the order of the points takes " +
-                  (more > 0 ? counted(more, "byte") : "none") + " of the " +
-                  counted(bytes, "byte") + " of the first frame with points";
+  // In place of that of a frame without points.
+  remarks_[Remark::Order] = name_ + ": the order of the points takes " +
+                            (more > 0 ? counted(more, "byte") : "none") + " of the " +
+                            counted(bytes, "byte") + " of the first frame with points";
 }
 
 EncodedSums
@@ -402,11 +410,11 @@ StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
   Eigen::Vector4f min;
   Eigen::Vector4f max;
   if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
-    unit_remark_ = source + ": its points are between " + corner(min) + " and " +
-                   corner(max) +
-                   (has_points ? "" : ", and hardly two of them in a voxel") +
-                   ": if that is in millimetres, --resolution 10 makes " +
-                   (has_points ? "an edge of 1 cm" : "voxels of 1 cm");
+    remarks_[Remark::Unit] = source + ": its points are between " + corner(min) +
+                             " and " + corner(max) +
+                             (has_points ? "" : ", and hardly two of them in a voxel") +
+                             ": if that is in millimetres, --resolution 10 makes " +
+                             (has_points ? "an edge of 1 cm" : "voxels of 1 cm");
 }
 
 void
@@ -428,20 +436,30 @@ StreamEncoder::removalUnit() const
   return unit == DensityUnit::Automatic ? densityUnitOf(law_) : unit;
 }
 
+Remarks
+StreamEncoder::remarks() const
+{
+  Remarks remarks = remarks_;
+  if (const std::string budget = budgetRemark(); !budget.empty())
+    remarks[Remark::Budget] = name_ + ": " + budget;
+  if (const std::string outliers = outlierRemark(); !outliers.empty())
+    remarks[Remark::Outliers] = name_ + ": " + outliers;
+  return remarks;
+}
+
 std::string
 StreamEncoder::outlierRemark() const
 {
   constexpr std::size_t hardly_any = 1000; // one of so many
   constexpr std::size_t very_many = 4;
   if (sums_.frames_with_outliers > 0)
-    return name_ + ": outliers stay in " +
-           counted(sums_.frames_with_outliers, "frame") + " of " +
+    return "outliers stay in " + counted(sums_.frames_with_outliers, "frame") + " of " +
            std::to_string(sums_.frames) +
            ", as --max-rate took voxels that are too large to be judged: "
            "--rate-doublings limits their edge";
   if (sums_.judged_by == 0)
     return {};
-  const std::string removed = name_ + ": " + counted(sums_.outliers, "voxel") + " of " +
+  const std::string removed = counted(sums_.outliers, "voxel") + " of " +
                               counted(sums_.outliers + sums_.voxels, "voxel") +
                               " removed as outliers, ";
   const std::string remedy =
@@ -467,7 +485,7 @@ StreamEncoder::budgetRemark() const
   const io::RateControlStatus status = statistics().rate_control;
   if (status.changes == 0 && status.not_kept.empty())
     return {};
-  return name_ + ": rate control, " + counted(status.changes, "change") +
+  return "rate control, " + counted(status.changes, "change") +
          ", at the end: " + status.choice +
          (status.changes > 0 ? ", as " + status.reason : "") +
          (status.not_kept.empty() ? "" : "; " + status.not_kept);

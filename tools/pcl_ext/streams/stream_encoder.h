@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -81,6 +82,28 @@ describePointsOutsideGrid(const EncodedSums& sums);
 /** \brief A sentence on a stream none of whose clouds had room within --max-rate. */
 std::string
 describeNoRoom(const std::string& stream, const EncodedSums& sums);
+
+/** \brief What there may be to say of the clouds of a stream, in the order in which it is
+ * told. */
+enum class Remark {
+  LeftOut, ///< what is not encoded of the first clouds with points
+  /** \brief The first cloud with intensities that are left out, as the law follows from a
+   * cloud without, or without them, in a stream of clouds that have them. */
+  Intensity,
+  Order,  ///< what --keep-order took in the first frame with points
+  Budget, ///< what --max-rate or --max-encode-ms has changed
+  /** \brief The first cloud of another coordinate frame where the user names the one of
+   * all, or whose time ROS 2 has not, or of which else something is taken otherwise than
+   * it is. */
+  Header,
+  Pose,    ///< fields of the first cloud that --pose does not move
+  Colours, ///< of the first cloud of which they are changed
+  Unit,    ///< the first cloud with points seems to be in millimetres
+  Outliers ///< were to be removed and stay, or are hardly any voxels, or very many
+};
+
+/** \brief A sentence on each of which there is something to say. */
+using Remarks = std::map<Remark, std::string>;
 
 /** \brief Encodes the clouds of a stream. */
 class StreamEncoder {
@@ -178,28 +201,20 @@ public:
   std::string
   whyNothingWasEncoded() const;
 
-  /** \brief Notes what is taken otherwise than it is in a cloud; empty: nothing. */
+  /** \brief Notes what is to be said, unless something is noted already.
+   * \param[in] subject the stream, or the source of the cloud
+   * \param[in] text what follows it; empty: nothing is to be said
+   */
   void
-  note(const std::string& remark)
+  note(Remark about, const std::string& subject, const std::string& text)
   {
-    if (header_remark_.empty() && !remark.empty())
-      header_remark_ = name_ + ": " + remark;
+    if (!text.empty())
+      remarks_.emplace(about, subject + ": " + text);
   }
 
-  /** \brief Notes what is to be said of the colours of a cloud; empty: nothing. */
-  void
-  noteColours(const std::string& source, const std::string& remark)
-  {
-    if (colour_remark_.empty() && !remark.empty())
-      colour_remark_ = source + ": " + remark;
-  }
-
-  /** \brief The first remark of noteColours(). */
-  const std::string&
-  colourRemark() const
-  {
-    return colour_remark_;
-  }
+  /** \brief What there is to say of the clouds until now. */
+  Remarks
+  remarks() const;
 
   /** \brief A sentence on the first cloud whose coordinate frame is not that of those
    * before, unless the user names the one of all; empty if there is none. */
@@ -209,66 +224,14 @@ public:
     return frame_id_error_;
   }
 
-  /** \brief A sentence on the first cloud of another coordinate frame where the user
-   * names the one of all, or whose time ROS 2 has not, or the first remark of note();
-   * empty if there is none. */
-  const std::string&
-  headerRemark() const
-  {
-    return header_remark_;
-  }
-
-  /** \brief A sentence on what is not encoded of the first clouds with points; empty if
-   * that is all. */
-  const std::string&
-  leftOut() const
-  {
-    return left_out_;
-  }
-
-  /** \brief A sentence on the first cloud with intensities that are left out, as the law
-   * follows from a cloud without, or without them, in a stream of clouds that have them;
-   * empty if there is none. */
-  const std::string&
-  intensityRemark() const
-  {
-    return intensity_remark_;
-  }
-
-  /** \brief A sentence if outliers were to be removed, and stay in some frames, hardly any
-   * voxel was one, or very many; empty if that is as it should be. */
+private:
+  /** \brief What there is to say of Remark::Outliers and Remark::Budget, without the name
+   * of the stream; empty: nothing. */
   std::string
   outlierRemark() const;
-
-  /** \brief A sentence on what --max-rate or --max-encode-ms has changed; empty if
-   * nothing. */
   std::string
   budgetRemark() const;
 
-  /** \brief A sentence on what the order of points took in the first frame with points;
-   * empty without --keep-order. */
-  const std::string&
-  orderRemark() const
-  {
-    return order_remark_;
-  }
-
-  /** \brief A sentence on fields of the first cloud that --pose does not move; empty if
-   * there are none. */
-  const std::string&
-  poseRemark() const
-  {
-    return pose_remark_;
-  }
-
-  /** \brief A sentence if the first cloud with points seems to be in millimetres. */
-  const std::string&
-  unitRemark() const
-  {
-    return unit_remark_;
-  }
-
-private:
   DensityUnit
   removalUnit() const;
 
@@ -318,15 +281,9 @@ private:
   std::optional<nodes::SensorNode> node_;
   std::optional<nodes::SensorNodeSettings> settings_; ///< of node_
   std::string frame_id_;
-  std::string cloud_frame_id_;   ///< of the first cloud
-  std::string frame_id_error_;   ///< see frameIdError()
-  std::string header_remark_;    ///< see headerRemark()
-  std::string pose_remark_;      ///< see poseRemark()
-  std::string colour_remark_;    ///< see colourRemark()
-  std::string left_out_;         ///< see leftOut()
-  std::string intensity_remark_; ///< see intensityRemark()
-  std::string unit_remark_;      ///< see unitRemark()
-  std::string order_remark_;     ///< see orderRemark()
+  std::string cloud_frame_id_; ///< of the first cloud
+  std::string frame_id_error_; ///< see frameIdError()
+  Remarks remarks_;            ///< but for Budget and Outliers
   IntensityLaw law_ = IntensityLaw::Count;
   bool is_of_lidar_ = false;
   std::shared_ptr<nodes::Time> time_ = std::make_shared<nodes::Time>(); ///< now
