@@ -70,8 +70,36 @@ fitPlanar(const std::vector<PixelPoint>& points, int axis, double sign, double& 
   return rays;
 }
 
-/** \brief Column, row and 1 of a position, times its depth. */
+/** \brief Gives column, row and 1, times the depth, of a position whose last coordinate
+ * is 1. */
 using Projection = Eigen::Matrix<double, 3, 4>;
+
+/** \brief A point and where it is in the image. */
+struct ProjectedPoint {
+  Eigen::Vector4d position; ///< the last coordinate is 1
+  Eigen::Vector2d image;    ///< column and row
+};
+
+/** \brief The projection that is best for the points with errors of at most some size. */
+Projection
+fitProjection(const std::vector<ProjectedPoint>& points,
+              const std::vector<double>& errors,
+              double most)
+{
+  Eigen::Matrix<double, 12, 12> squares = Eigen::Matrix<double, 12, 12>::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!(errors[i] <= most))
+      continue;
+    const auto& [position, image] = points[i];
+    Eigen::Matrix<double, 12, 2> equations;
+    equations << position, Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(), position,
+        -image.x() * position, -image.y() * position;
+    squares += equations * equations.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<decltype(squares)> solver(squares);
+  return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
+      solver.eigenvectors().data()); // of the smallest eigenvalue
+}
 
 /** \brief The rays of a projection, unless points are behind it. */
 std::optional<PlanarFit>
@@ -139,7 +167,7 @@ fitPlanarAnywhere(const std::vector<PixelPoint>& points)
   constexpr std::size_t least_points = 64;
   if (points.size() < least_points)
     return std::nullopt;
-  // About 1, as the equations are of squares.
+  // Numbers about 1, as the equations are of squares.
   const auto count = static_cast<double>(points.size());
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const PixelPoint& point : points)
@@ -152,36 +180,21 @@ fitPlanarAnywhere(const std::vector<PixelPoint>& points)
   }
   if (!(extent > 0.0))
     return std::nullopt;
-  Projection projection = Projection::Zero();
+  std::vector<ProjectedPoint> projected;
+  for (const PixelPoint& point : points)
+    projected.push_back({((point.position - middle) / extent).homogeneous(),
+                         {point.column / pixels, point.row / pixels}});
+  Projection projection;
   std::vector<double> errors(points.size());
   double most = std::numeric_limits<double>::infinity();
   for (int round = 0; round < 4; ++round) {
-    Eigen::Matrix<double, 12, 12> squares = Eigen::Matrix<double, 12, 12>::Zero();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!(errors[i] <= most))
-        continue;
-      Eigen::Vector4d at;
-      at << (points[i].position - middle) / extent, 1.0;
-      Eigen::Matrix<double, 12, 2> equations;
-      equations << at, Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(), at,
-          -(points[i].column / pixels) * at, -(points[i].row / pixels) * at;
-      squares += equations * equations.transpose();
-    }
-    const Eigen::Matrix<double, 12, 1> best =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(squares)
-            .eigenvectors()
-            .col(0);
-    for (int row = 0; row < 3; ++row)
-      projection.row(row) = best.segment<4>(4 * row).transpose();
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d image =
-          projection * ((points[i].position - middle) / extent).homogeneous();
-      errors[i] =
-          finiteOrLargest(std::hypot(image.x() / image.z() - points[i].column / pixels,
-                                     image.y() / image.z() - points[i].row / pixels));
-    }
-    std::vector<double> sorted = errors;
-    most = 4.0 * medianSize(sorted);
+    projection = fitProjection(projected, errors, most);
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      errors[i] = finiteOrLargest(
+          ((projection * projected[i].position).hnormalized() - projected[i].image)
+              .norm());
+    std::vector<double> sizes = errors;
+    most = 4.0 * medianSize(sizes);
   }
   projection.topRows<2>() *= pixels;
   projection.leftCols<3>() /= extent;

@@ -170,7 +170,7 @@ ScanCollector::setLayout(const FieldCollector& fields,
   scan.row_shifts.clear();
   const bool is_organised = cloud_.image.width > 0;
   if (!is_organised && !ScanColumns::areRows(cloud_.rings) &&
-      !findRows(sensor_pose, is_i_frame_due))
+      !rows_.find(sensor_pose.inverse(), is_i_frame_due, cloud_))
     return false;
   if (cloud_.image.width > 0) {
     scan.width = cloud_.image.width;
@@ -276,42 +276,6 @@ ScanCollector::locateAll(scan::ScanFrame& scan) const
   const bool may_turn = scan.rays.shape == scan::RayShape::Spinning && rays_.mayTurn();
   return locateScan(
       {cloud_.positions, pixels_, order_, may_turn}, settings_.threads, scan);
-}
-
-/** \brief Finds the pixels of a cloud without rows and columns, if a camera has seen it,
- * else the rings of one without these, from the elevations of its points. */
-bool
-ScanCollector::findRows(const WorldPose& sensor_pose, bool is_i_frame_due)
-{
-  // Most such clouds have neither, and looking for them takes time.
-  constexpr unsigned int untried_clouds = 15;
-  if (untried_clouds_ > 0) {
-    --untried_clouds_;
-    return false;
-  }
-  const WorldPose to_sensor = sensor_pose.inverse();
-  if (camera_.find(cloud_.positions, to_sensor, is_i_frame_due, cloud_.pixels)) {
-    cloud_.image = camera_.size();
-    return true;
-  }
-  const auto in_sensor = [&to_sensor](const std::array<double, 3>& position) {
-    return to_sensor * Eigen::Vector3d(position[0], position[1], position[2]);
-  };
-  if (is_i_frame_due || elevations_.count() == 0) {
-    constexpr std::size_t enough = 16384;
-    std::vector<Eigen::Vector3d> points;
-    for (std::size_t point = 0; point < cloud_.size(); ++point)
-      if (isChosen(point, cloud_.size(), enough))
-        points.emplace_back(in_sensor(cloud_.positions[point]));
-    if (!elevations_.learn(points)) {
-      untried_clouds_ = untried_clouds;
-      return false;
-    }
-  }
-  cloud_.rings.resize(cloud_.size());
-  for (std::size_t point = 0; point < cloud_.size(); ++point)
-    cloud_.rings[point] = elevations_.nextRow(in_sensor(cloud_.positions[point]));
-  return true;
 }
 
 /** \brief Puts the points in the order of their pixels.
@@ -440,7 +404,7 @@ void
 ScanCollector::releaseMemory()
 {
   cloud_ = SensorCloud();
-  camera_.releaseMemory();
+  rows_.releaseMemory();
   columns_.releaseMemory();
   quantiser_.releaseMemory();
   pixels_ = std::vector<std::uint32_t>();

@@ -9,14 +9,13 @@
 #include <pcl_ext/status.h>
 
 #include "codec/scan/scan_frame.h"
-#include "voxelizing/camera_pixels.h"
-#include "voxelizing/elevation_rows.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
 #include "voxelizing/scan_columns.h"
 #include "voxelizing/scan_grid.h"
 #include "voxelizing/sensor_cloud.h"
 #include "voxelizing/sensor_rays.h"
+#include "voxelizing/sensor_rows.h"
 
 #include <cstdint>
 #include <vector>
@@ -76,9 +75,6 @@ private:
   mostPixels(const FieldCollector& fields) const;
 
   bool
-  findRows(const WorldPose& sensor_pose, bool is_i_frame_due);
-
-  bool
   locateOnRays(const FieldCollector& fields,
                const WorldPose& sensor_pose,
                bool is_i_frame_due,
@@ -123,9 +119,7 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
-  CameraPixels camera_;
-  ElevationRows elevations_;
-  unsigned int untried_clouds_ = 0; // that follow, without rows, columns and rings
+  SensorRows rows_; // of clouds that do not tell them
   // I-frames that follow for which no rays are looked for, and how many were before.
   unsigned int untried_i_frames_ = 0;
   unsigned int last_untried_ = 0;

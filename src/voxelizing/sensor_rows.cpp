@@ -1,0 +1,52 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "voxelizing/sensor_rows.h"
+
+#include "voxelizing/robust_fit.h"
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+namespace pcl_ext::PCL_EXT_ABI::io {
+
+bool
+SensorRows::find(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud)
+{
+  // Most such clouds have none, and looking for them takes time.
+  constexpr unsigned int untried_clouds = 15;
+  if (untried_clouds_ > 0) {
+    --untried_clouds_;
+    return false;
+  }
+  if (camera_.find(cloud.positions, to_sensor, may_refit, cloud.pixels)) {
+    cloud.image = camera_.size();
+    return true;
+  }
+  if (findRings(to_sensor, may_refit, cloud))
+    return true;
+  untried_clouds_ = untried_clouds;
+  return false;
+}
+
+bool
+SensorRows::findRings(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud)
+{
+  const auto in_sensor = [&to_sensor](const std::array<double, 3>& position) {
+    return to_sensor * Eigen::Vector3d(position[0], position[1], position[2]);
+  };
+  if (may_refit || elevations_.count() == 0) {
+    constexpr std::size_t enough = 16384;
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t point = 0; point < cloud.size(); ++point)
+      if (isChosen(point, cloud.size(), enough))
+        points.emplace_back(in_sensor(cloud.positions[point]));
+    if (!elevations_.learn(points))
+      return false;
+  }
+  cloud.rings.resize(cloud.size());
+  for (std::size_t point = 0; point < cloud.size(); ++point)
+    cloud.rings[point] = elevations_.nextRow(in_sensor(cloud.positions[point]));
+  return true;
+}
+
+} // namespace pcl_ext::PCL_EXT_ABI::io

@@ -1,0 +1,41 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/rigid_pose.h>
+
+#include "voxelizing/camera_pixels.h"
+#include "voxelizing/elevation_rows.h"
+#include "voxelizing/sensor_cloud.h"
+
+namespace pcl_ext::PCL_EXT_ABI::io {
+
+/** \brief Finds the rows of the clouds of one stream that have neither rows and columns
+ * nor rings. */
+class SensorRows {
+public:
+  /** \brief Finds the pixels of a cloud if a camera has seen it, else the rings of one
+   * that a lidar has, from the elevations of its points.
+   * \param[in] to_sensor world -> sensor, metres
+   * \param[in] may_refit what was learnt of the clouds before may be learnt again
+   * \param[in,out] cloud image and pixels, or rings, are set
+   * \return false if there are none
+   */
+  bool
+  find(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud);
+
+  void
+  releaseMemory()
+  {
+    camera_.releaseMemory();
+  }
+
+private:
+  bool
+  findRings(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud);
+
+  CameraPixels camera_;
+  ElevationRows elevations_;
+  unsigned int untried_clouds_ = 0; // that follow
+};
+
+} // namespace pcl_ext::PCL_EXT_ABI::io
