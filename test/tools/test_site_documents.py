@@ -53,7 +53,7 @@ class Machine:
         for name in ("bin", "share/pcl_ext", "etc", "work"):
             (self.folder / name).mkdir(parents=True)
         shutil.copy(PROGRAM, self.folder / "bin/pcl_ext")
-        (self.folder / "share/pcl_ext/viewer.html").write_text("<html><body></body></html>")
+        (self.folder / "share/pcl_ext/viewer.html").write_text('<body><script id="pcl-ext-codec"></script></body>')
         (self.folder / "share/pcl_ext/site").symlink_to(ROOT / "tools/site")
         (self.folder / "work/tools").symlink_to(ROOT / "tools")
         for name, text in {"sudo": 'exec "$@"', "apt-get": ":", "xdg-open": ":",
