@@ -231,7 +231,9 @@ CloudStages::encodeCloud(PointBatches& points,
       status = encodeVoxels(points, source, info, bytes);
   }
   if (status.ok() && scan_choice_ &&
-      (scan_choice_->follow(encoder_.statistics(), voxelization_.points_used) ||
+      (scan_choice_->follow(encoder_.statistics(),
+                            voxelization_.points_used,
+                            may_be_scan && is_i_frame_due) ||
        scans_->wantsOtherRays()))
     encoder_.requestIFrame();
   return status;

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -46,11 +47,13 @@ public:
   takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame);
 
   /** \brief Follows a frame that was coded.
+   * \param[in] points of its cloud
+   * \param[in] was_tried it is an I-frame that might be a scan
    * \return whether the next one should be an I-frame, as rays no longer fit or voxels
    * take fewer bytes
    */
   bool
-  follow(const CodedFrameStatistics& coded, std::size_t points);
+  follow(const CodedFrameStatistics& coded, std::size_t points, bool was_tried);
 
   /** \brief Takes scans, where there are some, until the next I-frame: voxels cannot hold
    * all points. */
@@ -83,8 +86,10 @@ private:
   EncoderSettings settings_;
   bool is_scan_ = false;              // by the last trial
   unsigned int untried_i_frames_ = 0; // that follow
-  double i_frame_density_ = 0.0;      // bytes of a point
-  double tried_density_ = 0.0;        // likewise, of the last trial
+  // Of the last I-frame that might be a scan.
+  std::size_t tried_points_ = std::numeric_limits<std::size_t>::max();
+  double i_frame_density_ = 0.0; // bytes of a point
+  double tried_density_ = 0.0;   // likewise, of the last trial
   bool wants_voxels_ = false;
   std::unique_ptr<Trial> trial_; // while it lasts
   std::vector<std::uint8_t> bytes_;

@@ -56,6 +56,10 @@ refineStep(const ForEachPairT& for_each_pair, double& step)
     double squares = 0.0;
     for_each_pair(places, [&](double difference) {
       const double steps = std::round(difference / step);
+      // Of others, as of two rows, the number of steps is not known yet.
+      if (2.0 * steps < static_cast<double>(places) ||
+          steps > 2.0 * static_cast<double>(places))
+        return;
       products += difference * steps;
       squares += steps * steps;
     });
@@ -66,17 +70,20 @@ refineStep(const ForEachPairT& for_each_pair, double& step)
 }
 
 /** \brief Sets where the pixels of a side begin and how many they are.
- * \param[in] slopes some of them
- * \param[in] least,most of all slopes
+ * \param[in,out] slopes some of them, not empty; are sorted
  */
 template <typename SideT>
 bool
-setRange(const std::vector<double>& slopes, double least, double most, SideT& side)
+setRange(std::vector<double>& slopes, SideT& side)
 {
   constexpr double least_count = 16.0;
   constexpr double most_count = 8192.0;
   double offset = 0.0;
   coherence(slopes, std::abs(side.step), offset);
+  // Without a few that may be odd.
+  std::sort(slopes.begin(), slopes.end());
+  const double least = slopes[slopes.size() / 200];
+  const double most = slopes[slopes.size() - 1 - slopes.size() / 200];
   const double extent = std::ceil((most - least) / std::abs(side.step)) + 1.0;
   if (!(extent >= least_count && extent <= most_count))
     return false;
@@ -88,6 +95,15 @@ setRange(const std::vector<double>& slopes, double least, double most, SideT& si
   side.count = static_cast<std::uint32_t>(extent + 2.0 * pixels_before);
   return true;
 }
+
+/** \brief How many of some points may be where no pixel is, or in another order. */
+std::size_t
+mostOdd(std::size_t points)
+{
+  return points / 50;
+}
+
+constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 
 } // namespace
 
@@ -136,7 +152,7 @@ CameraPixels::find(const std::vector<std::array<double, 3>>& positions,
   const bool has_steps = columns_.count > 0;
   if (has_steps && assign(points, pixels))
     return true;
-  if ((may_refit || has_steps) && fit(points) && assign(points, pixels))
+  if ((may_refit || has_steps) && fit(points, pixels))
     return true;
   columns_.count = 0;
   return false;
@@ -144,7 +160,7 @@ CameraPixels::find(const std::vector<std::array<double, 3>>& positions,
 
 /** \brief Finds depth, rows and columns among the axes. */
 bool
-CameraPixels::fit(const Points& points)
+CameraPixels::fit(const Points& points, std::vector<std::uint32_t>& pixels)
 {
   for (int side = 0; side < 6; ++side) {
     depth_axis_ = side / 2;
@@ -154,7 +170,8 @@ CameraPixels::fit(const Points& points)
       rows_.axis = 3 - depth_axis_ - columns_.axis;
       if (!setSlopes(points))
         break;
-      if (hasRowsOfSteps() && findColumns() && findRows())
+      // Points that are all on one side of the image seem to be before another axis, too.
+      if (hasRowsOfSteps() && findColumns() && findRows() && assign(points, pixels))
         return true;
     }
   }
@@ -162,13 +179,14 @@ CameraPixels::fit(const Points& points)
 }
 
 /** \brief Sets the slopes of all points but missing ones.
- * \return false if points are beside or behind the camera, or too few there
+ * \return false if more than a few are beside or behind the camera, or few before it
  */
 bool
 CameraPixels::setSlopes(const Points& points)
 {
   along_row_.clear();
   along_column_.clear();
+  std::size_t odd = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
     const double along_row = points.coordinate(i, columns_.axis) / depth;
@@ -178,7 +196,7 @@ CameraPixels::setSlopes(const Points& points)
       along_row_.push_back(along_row);
       along_column_.push_back(along_column);
     }
-    else if (!points.isMissing(i))
+    else if (!points.isMissing(i) && ++odd > mostOdd(points.size()))
       return false;
   }
   return along_row_.size() >= least_points;
@@ -226,8 +244,7 @@ CameraPixels::findColumns()
   for (std::size_t i = 0; i < count; ++i)
     if (isChosen(i, count, enough))
       sample.push_back(along_row_[i]);
-  const auto [least, most] = std::minmax_element(along_row_.begin(), along_row_.end());
-  return setRange(sample, *least, *most, columns_);
+  return setRange(sample, columns_);
 }
 
 /** \brief Finds the rows: one begins where the slopes of the columns go back. */
@@ -266,52 +283,64 @@ CameraPixels::findRows()
           add(slopes[row] - slopes[row - places]);
       },
       step);
-  const auto [least, most] = std::minmax_element(slopes.begin(), slopes.end());
-  return setRange(slopes, *least, *most, rows_);
+  return setRange(slopes, rows_);
 }
 
 /** \brief Sets the pixels of all points.
- * \return false if some are outside of the image or not in the order of their pixels, or
- * many are between pixels
+ * \return false if more than a few are outside of the image or not in the order of their
+ * pixels, or many between pixels
  */
 bool
 CameraPixels::assign(const Points& points, std::vector<std::uint32_t>& pixels) const
 {
   pixels.resize(points.size());
-  const double width = columns_.count - 0.5;
-  const double height = rows_.count - 0.5;
   double off = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    pixels[i] = nearestPixel(points, i, off);
+  if (!(off <= 2.0 * farthest_from_pixels * static_cast<double>(points.size())))
+    return false;
+  const std::uint32_t end = columns_.count * rows_.count;
+  std::size_t odd = 0;
   std::uint32_t next = 0; // the least pixel that a point may be in
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
-    std::uint32_t pixel = next;
-    if (depth > least_depth) {
-      // From the upper left corner of the image.
-      const double right =
-          (points.coordinate(i, columns_.axis) / depth - columns_.begin) *
-              columns_.per_slope +
-          0.5;
-      const double down =
-          (points.coordinate(i, rows_.axis) / depth - rows_.begin) * rows_.per_slope +
-          0.5;
-      if (!(right >= 0.0 && right < width && down >= 0.0 && down < height))
-        return false;
-      const auto column = static_cast<std::uint32_t>(right);
-      const auto row = static_cast<std::uint32_t>(down);
-      off += std::abs(right - column - 0.5) + std::abs(down - row - 0.5);
-      pixel = row * columns_.count + column;
+    const std::uint32_t nearest = pixels[i];
+    const std::uint32_t following = i + 1 < points.size() ? pixels[i + 1] : no_pixel;
+    const bool is_ahead = following >= next && following < nearest;
+    if (nearest < next || is_ahead || nearest == no_pixel) {
       // Of two that seem to be in one pixel the second one is in the next.
-      if (pixel + 1 == next)
-        pixel = next;
+      odd += nearest + 1 == next || points.isMissing(i) ? 0 : 1;
+      pixels[i] = next;
     }
-    else if (!points.isMissing(i))
+    if (pixels[i] >= end || odd > mostOdd(points.size()))
       return false;
-    if (pixel < next || pixel == columns_.count * rows_.count)
-      return false;
-    pixels[i] = pixel;
-    next = pixel + 1;
+    next = pixels[i] + 1;
   }
-  return off <= 2.0 * farthest_from_pixels * static_cast<double>(points.size());
+  return true;
+}
+
+/** \brief The pixel that a point is nearest to, or no_pixel.
+ * \param[in,out] off how far points are from their pixels, in all, is added to
+ */
+std::uint32_t
+CameraPixels::nearestPixel(const Points& points, std::size_t point, double& off) const
+{
+  const double depth = depth_sign_ * points.coordinate(point, depth_axis_);
+  if (!(depth > least_depth))
+    return no_pixel;
+  // From the upper left corner of the image.
+  const double right =
+      (points.coordinate(point, columns_.axis) / depth - columns_.begin) *
+          columns_.per_slope +
+      0.5;
+  const double down =
+      (points.coordinate(point, rows_.axis) / depth - rows_.begin) * rows_.per_slope +
+      0.5;
+  if (!(right >= 0.0 && right < columns_.count && down >= 0.0 && down < rows_.count))
+    return no_pixel;
+  const auto column = static_cast<std::uint32_t>(right);
+  const auto row = static_cast<std::uint32_t>(down);
+  off += std::abs(right - column - 0.5) + std::abs(down - row - 0.5);
+  return row * columns_.count + column;
 }
 
 void

@@ -5,6 +5,7 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -51,7 +52,7 @@ private:
   class Points;
 
   bool
-  fit(const Points& points);
+  fit(const Points& points, std::vector<std::uint32_t>& pixels);
 
   bool
   setSlopes(const Points& points);
@@ -67,6 +68,9 @@ private:
 
   bool
   assign(const Points& points, std::vector<std::uint32_t>& pixels) const;
+
+  std::uint32_t
+  nearestPixel(const Points& points, std::size_t point, double& off) const;
 
   int depth_axis_ = 0;
   double depth_sign_ = 1.0;

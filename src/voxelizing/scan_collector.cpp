@@ -141,7 +141,8 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
   // Without an I-frame there are none now if there were none before.
   if (cloud_.size() == 0 || (was_free_ && !is_i_frame_due))
     return false;
-  if (untried_i_frames_ > 0) {
+  // A few points tell nothing of many.
+  if (untried_i_frames_ > 0 && cloud_.size() / 4 <= tried_points_) {
     untried_i_frames_ -= is_i_frame_due ? 1 : 0;
     return false;
   }
@@ -152,6 +153,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
     return true;
   }
   cloud_.image = size_of_cloud;
+  tried_points_ = cloud_.size();
   // Looking for rays takes more time than a frame's coding.
   constexpr unsigned int most_untried = 15;
   if (is_i_frame_due)

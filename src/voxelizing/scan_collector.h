@@ -123,6 +123,7 @@ private:
   // I-frames that follow for which no rays are looked for, and how many were before.
   unsigned int untried_i_frames_ = 0;
   unsigned int last_untried_ = 0;
+  std::size_t tried_points_ = 0; // of the last cloud in which none were found
   ScanColumns columns_;
   SensorRays rays_;
   bool has_layout_ = false;  // the scan's layout is that of one that was collected

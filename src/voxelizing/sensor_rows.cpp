@@ -14,7 +14,7 @@ SensorRows::find(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud)
 {
   // Most such clouds have none, and looking for them takes time.
   constexpr unsigned int untried_clouds = 15;
-  if (untried_clouds_ > 0) {
+  if (untried_clouds_ > 0 && !may_refit) {
     --untried_clouds_;
     return false;
   }

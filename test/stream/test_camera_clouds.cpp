@@ -61,6 +61,8 @@ public:
     VoxelFrame back;
     EXPECT_EQ(decoded(decoder_, bytes, back), CompressionCode::Ok);
     EXPECT_EQ(3 * back.points.positions.size(), cloud.coordinates.size());
+    if (testing::Test::HasFailure())
+      return 0;
     double farthest = 0.0;
     for (std::size_t i = 0; i < cloud.coordinates.size(); ++i)
       farthest = std::max(
@@ -169,6 +171,57 @@ TEST(CameraClouds, MayBeOfPartsOfTheirImages)
   EXPECT_GE(stream.description.scan.height, 60u);
   stream.encode(withoutMissing(part));
   EXPECT_FALSE(stream.description.is_i_frame);
+}
+
+TEST(CameraClouds, MayHaveAFewOddPoints)
+{
+  const OrganisedCloud camera = withoutMissing(cameraCloud(WorldPose::Identity(), 1));
+  const auto middle = static_cast<std::ptrdiff_t>(camera.coordinates.size() / 6 * 3);
+  OrganisedCloud swapped = camera;
+  std::swap_ranges(swapped.coordinates.begin() + middle,
+                   swapped.coordinates.begin() + middle + 3,
+                   swapped.coordinates.begin() + middle + 3);
+  OrganisedCloud behind = camera;
+  const std::array<float, 3> opposite = {0.0f, 0.1f, -1.0f};
+  behind.coordinates.insert(
+      behind.coordinates.begin() + middle, opposite.begin(), opposite.end());
+  OrganisedCloud outside = camera;
+  outside.coordinates[static_cast<std::size_t>(middle)] += 9.0f;
+  for (const OrganisedCloud& cloud : {swapped, behind, outside}) {
+    CameraStream stream(settingsOf(true));
+    stream.encode(cloud);
+    EXPECT_GE(stream.description.scan.height, 60u);
+  }
+}
+
+TEST(CameraClouds, MayBeOnOneSideOfTheImage)
+{
+  OrganisedCloud fine{0, 0, {}, WorldPose::Identity()};
+  for (unsigned int row = 0; row < 40; ++row)
+    for (unsigned int column = 0; column < 40; ++column) {
+      const float depth = 2.0f + 0.01f * static_cast<float>((row * column) % 7);
+      fine.coordinates.insert(fine.coordinates.end(),
+                              {(-0.5f + 0.01f * static_cast<float>(column)) * depth,
+                               (-0.5f + 0.01f * static_cast<float>(row)) * depth,
+                               depth});
+    }
+  CameraStream stream(settingsOf(true));
+  stream.encode(fine);
+  EXPECT_GE(stream.description.scan.height, 40u);
+  EXPECT_LE(stream.description.scan.height, 60u);
+}
+
+TEST(CameraClouds, AreFoundAfterOneOfAFewPoints)
+{
+  const OrganisedCloud camera = withoutMissing(cameraCloud(WorldPose::Identity(), 1));
+  OrganisedCloud few = camera;
+  few.coordinates.resize(300);
+  CameraStream stream(settingsOf(true));
+  stream.encode(few);
+  stream.encode(camera);
+  stream.encode(camera);
+  EXPECT_TRUE(stream.description.is_i_frame);
+  EXPECT_GE(stream.description.scan.height, 60u);
 }
 
 TEST(CameraClouds, OfOtherSensorsHaveNoImage)
