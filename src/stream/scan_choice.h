@@ -49,8 +49,8 @@ public:
   /** \brief Follows a frame that was coded.
    * \param[in] points of its cloud
    * \param[in] was_tried it is an I-frame that might be a scan
-   * \return whether the next one should be an I-frame, as rays no longer fit or voxels
-   * take fewer bytes
+   * \return whether the next one should be an I-frame, as rays no longer fit, voxels
+   * take fewer bytes, or the cloud that was tried had few of its points
    */
   bool
   follow(const CodedFrameStatistics& coded, std::size_t points, bool was_tried);
@@ -86,7 +86,7 @@ private:
   EncoderSettings settings_;
   bool is_scan_ = false;              // by the last trial
   unsigned int untried_i_frames_ = 0; // that follow
-  // Of the last I-frame that might be a scan.
+  // Of the last I-frame that might be a scan, or many more since then.
   std::size_t tried_points_ = std::numeric_limits<std::size_t>::max();
   double i_frame_density_ = 0.0; // bytes of a point
   double tried_density_ = 0.0;   // likewise, of the last trial

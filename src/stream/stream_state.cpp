@@ -11,6 +11,7 @@ StreamState::complete(Version1Header& header) const
   header.grid = grid;
   header.intensity_scale = intensity_scale;
   header.depth_model = depth_model;
+  // A frame of changes has none of it; that of the stream stays.
   if (!header.is_of_changes)
     header.content = content;
   header.fields = fields;
