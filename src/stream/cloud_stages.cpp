@@ -178,6 +178,10 @@ CloudStages::run(CloudSource& source,
   CompressionStatus status = encodeCloud(points, source, info, bytes);
   if (!status.ok())
     return status;
+  if (scan_choice_ &&
+      (scan_choice_->follow(encoder_.statistics(), voxelization_.points_used) ||
+       scans_->wantsOtherRays()))
+    encoder_.requestIFrame();
   status = describeFrame();
 
   if (rate_control_->endFrame(bytes.size(),
@@ -220,6 +224,9 @@ CloudStages::encodeCloud(PointBatches& points,
   const bool may_be_scan =
       scans_ && !source.removesNoise() && scan_choice_->mayBeScan(is_i_frame_due);
   if (may_be_scan && collectScan(points, info, is_i_frame_due, status)) {
+    if (status.ok() && !encoder_.isIFrameDue() &&
+        scan_choice_->triesAgain(voxelization_.points_used))
+      return encodeAsIFrame(points, source, info, bytes);
     if (status.ok())
       status = encodeScan(points, info, bytes);
   }
@@ -230,13 +237,18 @@ CloudStages::encodeCloud(PointBatches& points,
     if (!settings_.keep_order || status.ok())
       status = encodeVoxels(points, source, info, bytes);
   }
-  if (status.ok() && scan_choice_ &&
-      (scan_choice_->follow(encoder_.statistics(),
-                            voxelization_.points_used,
-                            may_be_scan && is_i_frame_due) ||
-       scans_->wantsOtherRays()))
-    encoder_.requestIFrame();
   return status;
+}
+
+/** \brief Begins again with a cloud. */
+CompressionStatus
+CloudStages::encodeAsIFrame(PointBatches& points,
+                            CloudSource& source,
+                            const CloudInfo& info,
+                            std::vector<std::uint8_t>& bytes)
+{
+  encoder_.requestIFrame();
+  return encodeCloud(points, source, info, bytes);
 }
 
 /** \brief Collects the scan of a cloud.
@@ -280,6 +292,9 @@ CloudStages::encodeVoxels(PointBatches& points,
     }
     voxelization_ = of_voxels;
   }
+  else if (scan_choice_ && !source.removesNoise() && !encoder_.isIFrameDue() &&
+           scan_choice_->triesAgain(voxelization_.points_used))
+    return encodeAsIFrame(points, source, info, bytes);
   source.removeNoise(frame_);
   if (CompressionStatus status = filterOverTime(info.sensor_pose, info.time);
       !status.ok())

@@ -95,6 +95,12 @@ private:
               const CloudInfo& info,
               std::vector<std::uint8_t>& bytes);
 
+  CompressionStatus
+  encodeAsIFrame(PointBatches& points,
+                 CloudSource& source,
+                 const CloudInfo& info,
+                 std::vector<std::uint8_t>& bytes);
+
   bool
   collectScan(PointBatches& points,
               const CloudInfo& info,

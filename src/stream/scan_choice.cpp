@@ -87,20 +87,21 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
 }
 
 bool
-ScanChoice::follow(const CodedFrameStatistics& coded,
-                   std::size_t points,
-                   bool was_tried)
+ScanChoice::triesAgain(std::size_t points)
+{
+  constexpr std::size_t least_points = 1024;
+  if (points < least_points || points / 4 <= tried_points_)
+    return false;
+  untried_i_frames_ = 0;
+  return true;
+}
+
+bool
+ScanChoice::follow(const CodedFrameStatistics& coded, std::size_t points)
 {
   const bool wants_voxels = std::exchange(wants_voxels_, false);
-  // A few points tell nothing of many, as of a camera that was covered.
-  constexpr std::size_t least_points = 1024;
-  const bool has_many_more = points >= least_points && points / 4 > tried_points_;
-  if (was_tried || has_many_more)
+  if (is_tried_)
     tried_points_ = points;
-  if (!was_tried && has_many_more) {
-    untried_i_frames_ = 0;
-    return true;
-  }
   if (points == 0)
     return wants_voxels;
   const double density = static_cast<double>(coded.bytes) / static_cast<double>(points);

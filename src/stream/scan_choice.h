@@ -22,9 +22,12 @@ public:
 
   /** \brief Whether the next cloud may be coded as a scan. */
   bool
-  mayBeScan(bool is_i_frame) const
+  mayBeScan(bool is_i_frame)
   {
-    return is_scan_ || settings_.keep_order || (is_i_frame && untried_i_frames_ == 0);
+    const bool may_be =
+        is_scan_ || settings_.keep_order || (is_i_frame && untried_i_frames_ == 0);
+    is_tried_ = may_be && is_i_frame;
+    return may_be;
   }
 
   /** \brief Whether the next cloud, of which there is a scan, is to be voxelized,
@@ -46,14 +49,18 @@ public:
   bool
   takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame);
 
+  /** \brief Whether a cloud that is not tried has so many more points than the last one
+   * that was, as of a camera that was covered, that it should be an I-frame and tried. */
+  bool
+  triesAgain(std::size_t points);
+
   /** \brief Follows a frame that was coded.
    * \param[in] points of its cloud
-   * \param[in] was_tried it is an I-frame that might be a scan
-   * \return whether the next one should be an I-frame, as rays no longer fit, voxels
-   * take fewer bytes, or the cloud that was tried had few of its points
+   * \return whether the next one should be an I-frame, as rays no longer fit or voxels
+   * take fewer bytes
    */
   bool
-  follow(const CodedFrameStatistics& coded, std::size_t points, bool was_tried);
+  follow(const CodedFrameStatistics& coded, std::size_t points);
 
   /** \brief Takes scans, where there are some, until the next I-frame: voxels cannot hold
    * all points. */
@@ -86,7 +93,8 @@ private:
   EncoderSettings settings_;
   bool is_scan_ = false;              // by the last trial
   unsigned int untried_i_frames_ = 0; // that follow
-  // Of the last I-frame that might be a scan, or many more since then.
+  bool is_tried_ = false; // the cloud is that of an I-frame that may be a scan
+  // Of the last one that was.
   std::size_t tried_points_ = std::numeric_limits<std::size_t>::max();
   double i_frame_density_ = 0.0; // bytes of a point
   double tried_density_ = 0.0;   // likewise, of the last trial

@@ -219,7 +219,6 @@ TEST(CameraClouds, AreFoundAfterOneOfAFewPoints)
   CameraStream stream(settingsOf(true));
   stream.encode(few);
   stream.encode(camera);
-  stream.encode(camera);
   EXPECT_TRUE(stream.description.is_i_frame);
   EXPECT_GE(stream.description.scan.height, 60u);
 }
