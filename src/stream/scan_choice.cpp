@@ -30,9 +30,9 @@ bytesOfOrder(std::size_t points)
 
 /** \brief Whether scans take hardly more bytes. */
 bool
-isScanBetter(std::size_t as_scan, std::size_t as_voxels)
+isScanBetter(double as_scan, double as_voxels)
 {
-  return 20 * as_scan <= 21 * as_voxels;
+  return 20.0 * as_scan <= 21.0 * as_voxels;
 }
 
 } // namespace
@@ -48,6 +48,10 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
   }
   if (is_i_frame)
     trial_ = std::make_unique<Trial>(settings_);
+  else if (!mayTakeVoxels(bytes)) {
+    addPFrame(bytes, bytes);
+    return false;
+  }
   // What cannot be coded takes no bytes; nor does it later, for the stream.
   const bool is_coded = trial_->encoder.encode(voxels, std::nullopt, bytes_).ok();
   const std::size_t as_voxels =
@@ -57,13 +61,37 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
       wants_voxels_ = addPFrame(bytes, as_voxels);
     return false;
   }
-  is_scan_ = isScanBetter(bytes, as_voxels);
+  is_scan_ = isScanBetter(static_cast<double>(bytes), static_cast<double>(as_voxels));
   tried_density_ = 0.0; // that of the frame
   const bool is_clear = std::max(bytes, as_voxels) > 2 * std::min(bytes, as_voxels);
   untried_i_frames_ = is_clear ? untried_i_frames : 0;
+  trial_->as_scan.i_frame = bytes;
+  trial_->as_voxels.i_frame = as_voxels;
   if (!is_scan_ || settings_.i_frame_rate <= 1)
     trial_.reset();
   return !is_scan_;
+}
+
+/** \brief Bytes of all frames from one I-frame to the next, by those of the I-frame and
+ * of some P-frames. */
+double
+ScanChoice::periodBytes(std::size_t i_frame,
+                        std::size_t p_frames,
+                        unsigned int count) const
+{
+  return static_cast<double>(i_frame) + static_cast<double>(p_frames) *
+                                            (settings_.i_frame_rate - 1.0) /
+                                            static_cast<double>(count);
+}
+
+/** \brief Whether voxels can take fewer bytes if other P-frames are as this one; if not
+ * it need not be coded as voxels. Else the trial would take a still scene ten times the
+ * time of its frames. */
+bool
+ScanChoice::mayTakeVoxels(std::size_t as_scan) const
+{
+  return !isScanBetter(periodBytes(trial_->as_scan.i_frame, as_scan, 1),
+                       periodBytes(trial_->as_voxels.i_frame, 0, 1));
 }
 
 /** \brief Adds a P-frame to the trial.
@@ -74,12 +102,15 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
 {
   Trial& trial = *trial_;
   if (++trial.p_frames > trial_frames / 2) {
-    trial.as_scan += as_scan;
-    trial.as_voxels += as_voxels;
+    trial.as_scan.p_frames += as_scan;
+    trial.as_voxels.p_frames += as_voxels;
   }
   if (trial.p_frames < trial_frames)
     return false;
-  is_scan_ = isScanBetter(trial.as_scan, trial.as_voxels);
+  const auto of_period = [this](const TriedBytes& tried) {
+    return periodBytes(tried.i_frame, tried.p_frames, trial_frames / 2);
+  };
+  is_scan_ = isScanBetter(of_period(trial.as_scan), of_period(trial.as_voxels));
   untried_i_frames_ = untried_i_frames;
   tried_density_ = 0.0;
   trial_.reset();

@@ -74,7 +74,13 @@ public:
   }
 
 private:
-  /** \brief What frames of one trial took so far. */
+  /** \brief Bytes of frames of one trial so far. */
+  struct TriedBytes {
+    std::size_t i_frame = 0;
+    // P-frames in the second half of the trial: the first ones have little history.
+    std::size_t p_frames = 0;
+  };
+
   struct Trial {
     explicit Trial(const EncoderSettings& settings)
     : encoder(settings.format, settings.i_frame_rate, settings.effort)
@@ -82,10 +88,15 @@ private:
 
     FrameEncoder encoder; // of the voxels
     unsigned int p_frames = 0;
-    // P-frames in the second half of the trial: the first ones have little history.
-    std::size_t as_scan = 0;
-    std::size_t as_voxels = 0;
+    TriedBytes as_scan;
+    TriedBytes as_voxels;
   };
+
+  double
+  periodBytes(std::size_t i_frame, std::size_t p_frames, unsigned int count) const;
+
+  bool
+  mayTakeVoxels(std::size_t as_scan) const;
 
   bool
   addPFrame(std::size_t as_scan, std::size_t as_voxels);
