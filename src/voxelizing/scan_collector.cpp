@@ -11,6 +11,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -87,10 +88,13 @@ ScanCollector::collect(PointBatches& points,
         orderStatus(has_many ? "it has more pixels than decoders take"
                              : "its points are 2^26 edges or more from each other, "
                                "which a larger resolution mends");
+    wants_other_rays_ = std::exchange(was_on_rays_, false);
     return false;
   }
-  // Rays may be found as soon as there are points.
-  wants_other_rays_ |= cloud_.size() == 0;
+  const bool is_on_rays = scan.rays.shape != scan::RayShape::Free;
+  // Rays may be found as soon as there are points, or again after an odd cloud.
+  wants_other_rays_ |= cloud_.size() == 0 || (was_on_rays_ && !is_on_rays);
+  was_on_rays_ = is_on_rays;
   statistics.resolution = grid_.grid().resolution;
   statistics.intensities_out_of_range =
       setIntensities(is_i_frame_due, scan, statistics.intensities_vanished);
@@ -149,7 +153,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
   const ImageSize size_of_cloud = cloud_.image;
   if (setLayout(fields, sensor_pose, is_i_frame_due, scan) &&
       locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan)) {
-    last_untried_ = 0;
+    next_untried_ = 0;
     return true;
   }
   cloud_.image = size_of_cloud;
@@ -157,7 +161,8 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
   // Looking for rays takes more time than a frame's coding.
   constexpr unsigned int most_untried = 15;
   if (is_i_frame_due)
-    untried_i_frames_ = last_untried_ = std::min(2 * last_untried_ + 1, most_untried);
+    untried_i_frames_ =
+        std::exchange(next_untried_, std::min(2 * next_untried_ + 1, most_untried));
   return false;
 }
 

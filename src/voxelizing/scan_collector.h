@@ -119,15 +119,15 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
-  SensorRows rows_; // of clouds that do not tell them
-  // I-frames that follow for which no rays are looked for, and how many were before.
-  unsigned int untried_i_frames_ = 0;
-  unsigned int last_untried_ = 0;
-  std::size_t tried_points_ = 0; // of the last cloud in which none were found
+  SensorRows rows_;                   // of clouds that do not tell them
+  unsigned int untried_i_frames_ = 0; // that follow: no rays are looked for
+  unsigned int next_untried_ = 0;     // after the next one in which none are found
+  std::size_t tried_points_ = 0;      // of the last cloud in which none were found
   ScanColumns columns_;
   SensorRays rays_;
   bool has_layout_ = false;  // the scan's layout is that of one that was collected
   bool was_free_ = false;    // the scan before had no rays
+  bool was_on_rays_ = false; // the cloud before was
   std::uint32_t period_ = 0; // of its points; 0: none
   std::array<double, 3> phases_{}; // see coordinatePhase()
   IntensityQuantiser quantiser_;

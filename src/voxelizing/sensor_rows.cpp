@@ -3,8 +3,10 @@
 
 #include "voxelizing/robust_fit.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -12,19 +14,23 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 bool
 SensorRows::find(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud)
 {
-  // Most such clouds have none, and looking for them takes time.
-  constexpr unsigned int untried_clouds = 15;
   if (untried_clouds_ > 0 && !may_refit) {
     --untried_clouds_;
     return false;
   }
   if (camera_.find(cloud.positions, to_sensor, may_refit, cloud.pixels)) {
     cloud.image = camera_.size();
+    next_untried_ = 0;
     return true;
   }
-  if (findRings(to_sensor, may_refit, cloud))
+  if (findRings(to_sensor, may_refit, cloud)) {
+    next_untried_ = 0;
     return true;
-  untried_clouds_ = untried_clouds;
+  }
+  // Most such clouds have none, and looking for them takes time.
+  constexpr unsigned int most_untried = 15;
+  untried_clouds_ =
+      std::exchange(next_untried_, std::min(2 * next_untried_ + 1, most_untried));
   return false;
 }
 

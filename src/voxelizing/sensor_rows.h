@@ -36,6 +36,7 @@ private:
   CameraPixels camera_;
   ElevationRows elevations_;
   unsigned int untried_clouds_ = 0; // that follow
+  unsigned int next_untried_ = 0;   // after the next one without rows
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

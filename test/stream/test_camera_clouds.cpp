@@ -40,6 +40,19 @@ withoutMissing(const OrganisedCloud& cloud)
   return list;
 }
 
+/** \brief The points in another order. */
+OrganisedCloud
+shuffled(OrganisedCloud cloud)
+{
+  std::mt19937_64 random(3);
+  for (std::size_t i = cloud.coordinates.size() / 3 - 1; i > 0; --i) {
+    const std::size_t other = below(random, i + 1);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      std::swap(cloud.coordinates[3 * i + axis], cloud.coordinates[3 * other + axis]);
+  }
+  return cloud;
+}
+
 /** \brief A stream of clouds without rows and columns. */
 class CameraStream {
 public:
@@ -223,21 +236,28 @@ TEST(CameraClouds, AreFoundAfterOneOfAFewPoints)
   EXPECT_GE(stream.description.scan.height, 60u);
 }
 
+TEST(CameraClouds, AreFoundAgainAfterAnOddOne)
+{
+  const OrganisedCloud camera = withoutMissing(cameraCloud(WorldPose::Identity(), 1));
+  for (const unsigned int i_frame_rate :
+       {2u, 30u}) { // the odd one is an I-frame, or not
+    EncoderSettings settings = settingsOf(true);
+    settings.i_frame_rate = i_frame_rate;
+    CameraStream stream(settings);
+    for (const OrganisedCloud& cloud : {camera, camera, shuffled(camera), camera})
+      stream.encode(cloud);
+    EXPECT_GE(stream.description.scan.height, 60u) << i_frame_rate;
+  }
+}
+
 TEST(CameraClouds, OfOtherSensorsHaveNoImage)
 {
   const OrganisedCloud camera = withoutMissing(cameraCloud(WorldPose::Identity(), 1));
-  OrganisedCloud shuffled = camera;
   OrganisedCloud noisy = camera;
   std::mt19937_64 random(3);
-  for (std::size_t i = camera.coordinates.size() / 3 - 1; i > 0; --i) {
-    const std::size_t other = below(random, i + 1);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      std::swap(shuffled.coordinates[3 * i + axis],
-                shuffled.coordinates[3 * other + axis]);
-  }
   for (float& coordinate : noisy.coordinates)
     coordinate += static_cast<float>(uniform(random, -0.01, 0.01));
-  for (const OrganisedCloud& cloud : {shuffled, noisy}) {
+  for (const OrganisedCloud& cloud : {shuffled(camera), noisy}) {
     CameraStream stream(settingsOf(true));
     stream.encode(cloud);
     EXPECT_EQ(stream.description.scan.height, 1u); // a sequence

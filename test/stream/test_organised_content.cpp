@@ -15,6 +15,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -128,6 +129,25 @@ TEST_P(ContentOfOrganisedClouds, OfStillScenesTakesNextToNothing)
         << i << ": " << bytes.size() << " of " << first_bytes;
   }
   EXPECT_LE(i_frames, 3u);
+}
+
+TEST_P(ContentOfOrganisedClouds, CountsTheBytesOfIFramesToo)
+{
+  // Voxels take fewer bytes than a scan in each P-frame, and more in each I-frame.
+  const OrganisedCloud cloud = cameraCloud(slantedPose(), 1);
+  std::array<std::size_t, 2> bytes_of_streams{};
+  for (const bool keeps_order : {false, true}) {
+    EncoderSettings settings = fineSettings(GetParam());
+    settings.i_frame_rate = 12;
+    settings.keep_order = keeps_order;
+    CloudEncoder encoder(settings, IntensityUnit::None);
+    for (int i = 0; i < 36; ++i) {
+      Bytes bytes;
+      ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
+      bytes_of_streams[keeps_order ? 1 : 0] += bytes.size();
+    }
+  }
+  EXPECT_LE(100 * bytes_of_streams[0], 105 * bytes_of_streams[1]);
 }
 
 TEST_P(ContentOfOrganisedClouds, GoesOnBehindCloudsWithoutPoints)
