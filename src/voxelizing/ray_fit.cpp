@@ -211,6 +211,46 @@ depthStepFor(double fitted_step, double resolution)
   return step;
 }
 
+PlanarDepths
+chooseDepths(const std::vector<PixelPoint>& points,
+             const WorldPose& sensor_pose,
+             double resolution,
+             const PlanarFit& fit)
+{
+  PlanarDepths chosen;
+  if (isStepKept(fit.depth_step, resolution))
+    return chosen;
+  const auto bits_of_point = [&](const PlanarDepths& depths) {
+    std::size_t beside = 0;
+    for (const PixelPoint& point : points) {
+      const Eigen::Vector3d step = depths.edges * resolution * fit.plane *
+                                   Eigen::Vector3d(1.0, point.column, point.row);
+      const Eigen::Vector3d from_origin = point.position - fit.origin;
+      const double depth = from_origin.dot(step) / step.squaredNorm();
+      const double nearest =
+          depths.has_half_depths ? std::floor(depth) + 0.5 : std::round(depth);
+      const Eigen::Vector3d error =
+          sensor_pose.linear() * (from_origin - nearest * step);
+      beside += error.cwiseAbs().maxCoeff() > 0.5 * resolution ? 1 : 0;
+    }
+    // Some more than ten bits for each, as measured.
+    return 10.0 * static_cast<double>(beside) / static_cast<double>(points.size()) -
+           std::log2(depths.edges);
+  };
+  // Others have to save more, as these are amid the voxels of a camera along an axis.
+  constexpr double least_saved = 0.05;
+  double fewest = bits_of_point(chosen) - least_saved;
+  for (const bool has_half_depths : {true, false})
+    for (const double edges : {1.0, 0.95, 0.9, 0.8}) {
+      const double bits = bits_of_point({edges, has_half_depths});
+      if (bits < fewest) {
+        fewest = bits;
+        chosen = {edges, has_half_depths};
+      }
+    }
+  return chosen;
+}
+
 bool
 setPlanarRays(const PlanarFit& fit,
               const WorldPose& sensor_pose,
@@ -219,9 +259,11 @@ setPlanarRays(const PlanarFit& fit,
 {
   scan::ScanRays& rays = layout.rays;
   rays = scan::ScanRays();
-  const double step = depthStepFor(fit.depth_step, grid.resolution);
+  const bool is_kept = isStepKept(fit.depth_step, grid.resolution);
+  const double step = depthStepFor(fit.depth_step, grid.resolution) *
+                      (is_kept ? 1.0 : fit.depths.edges);
   rays.has_half_depths =
-      !layout.is_on_lattice && !isStepKept(fit.depth_step, grid.resolution);
+      !layout.is_on_lattice && !is_kept && fit.depths.has_half_depths;
   const Eigen::Matrix3d plane =
       sensor_pose.linear() * fit.plane * (step / grid.resolution * 0x1p40);
   const Eigen::Vector3d origin = sensor_pose * fit.origin;

@@ -39,12 +39,19 @@ struct RowFit {
   double up = 0.0;
 };
 
+/** \brief Depths on the rays of a camera, where those of the sensor are finer. */
+struct PlanarDepths {
+  double edges = 1.0;          ///< from one to the next
+  bool has_half_depths = true; ///< see scan::ScanRays
+};
+
 /** \brief Rays of a camera, in its coordinates, metres. */
 struct PlanarFit {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< of all rays
   Eigen::Matrix3d plane = Eigen::Matrix3d::Zero();  ///< columns as RayPose::vectors
   /** \brief Distance of the depths that there are, metres; 0: depths of any size. */
   double depth_step = 0.0;
+  PlanarDepths depths;
 };
 
 /** \brief Fits the rays of a camera at the origin that looks along an axis.
@@ -64,6 +71,18 @@ fitPlanarAnywhere(const std::vector<PixelPoint>& points);
  * neither much smaller than an edge, which nobody sees, nor too large for a scan. */
 double
 depthStepFor(double fitted_step, double resolution);
+
+/** \brief Chooses depths on rays so that scans take few bytes: where the camera does not
+ * look along an axis of the grid, many points may be beside depths that are an edge apart.
+ * \param[in] points of the fit
+ * \param[in] sensor_pose sensor -> grid, metres
+ * \param[in] resolution edge of the voxels, metres
+ */
+PlanarDepths
+chooseDepths(const std::vector<PixelPoint>& points,
+             const WorldPose& sensor_pose,
+             double resolution,
+             const PlanarFit& fit);
 
 /** \brief Sets the rays of a scan to those of a camera.
  * \param[in] sensor_pose sensor -> grid, metres

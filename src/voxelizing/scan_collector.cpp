@@ -344,7 +344,8 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
       return true;
     }
   }
-  if (!rays_.fit(cloud_, columns_, sensor_pose, scan.grid, scan) || !append_all())
+  if (!rays_.fit(cloud_, columns_, sensor_pose, scan.grid, refits, scan) ||
+      !append_all())
     return false;
   fitted_share_ = share_beside();
   fitted_points_ = cloud_.size();

@@ -149,6 +149,7 @@ SensorRays::fit(const SensorCloud& cloud,
                 const ScanColumns& columns,
                 const WorldPose& pose,
                 const VoxelGrid& grid,
+                bool may_change_depths,
                 const scan::ScanLayout& layout)
 {
   planar_.reset();
@@ -160,8 +161,11 @@ SensorRays::fit(const SensorCloud& cloud,
   is_new_ = true;
   const ImageSize size{layout.width, layout.height};
   if (cloud.image.width > 0)
-    fitImage(
-        PixelPoints(cloud, columns, pose).ofEachRow(size.height), pose, grid, size);
+    fitImage(PixelPoints(cloud, columns, pose).ofEachRow(size.height),
+             pose,
+             grid,
+             may_change_depths,
+             size);
   else if (layout.order == scan::PointOrder::ColumnByColumn)
     spinning_ =
         fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(size.width),
@@ -182,6 +186,7 @@ void
 SensorRays::fitImage(const std::vector<PixelPoint>& points,
                      const WorldPose& pose,
                      const VoxelGrid& grid,
+                     bool may_change_depths,
                      const ImageSize& size)
 {
   // A camera has few numbers to fit.
@@ -206,8 +211,14 @@ SensorRays::fitImage(const std::vector<PixelPoint>& points,
       of_planar = distance;
     }
     if (of_planar <= near)
-      return;
+      break;
   }
+  if (planar_ && may_change_depths)
+    planar_depths_ = chooseDepths(sample, pose, grid.resolution, *planar_);
+  if (planar_)
+    planar_->depths = planar_depths_;
+  if (of_planar <= near)
+    return;
   spinning_ = fitEvenSpinning(points, size, std::nullopt);
   const double of_spinning =
       spinning_ && setSpinningRays(*spinning_, pose, grid, layout)

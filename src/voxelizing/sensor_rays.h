@@ -24,6 +24,7 @@ public:
    * \param[in] cloud not empty
    * \param[in] columns of its points, if it has rings
    * \param[in] pose sensor -> world, metres
+   * \param[in] may_change_depths on them, which takes an I-frame
    * \param[in] layout size and order of its scan
    * \return whether there are any
    */
@@ -32,6 +33,7 @@ public:
       const ScanColumns& columns,
       const WorldPose& pose,
       const VoxelGrid& grid,
+      bool may_change_depths,
       const scan::ScanLayout& layout);
 
   /** \brief Whether rays were found that a scan of this size and order may be on. */
@@ -68,6 +70,7 @@ private:
   fitImage(const std::vector<PixelPoint>& points,
            const WorldPose& pose,
            const VoxelGrid& grid,
+           bool may_change_depths,
            const ImageSize& size);
 
   void
@@ -84,6 +87,7 @@ private:
 
   scan::ScanLayout layout_; // of the fit, without rays
   std::optional<PlanarFit> planar_;
+  PlanarDepths planar_depths_; // of the last I-frame for which they were chosen
   std::optional<SpinningFit> spinning_;
   bool is_new_ = false;               // the cloud of the fit has no rays yet
   std::vector<std::uint16_t> shifts_; // of the rows of firings
