@@ -334,9 +334,10 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   const bool has_many_more = cloud_.size() > 2 * fitted_points_;
   if (append_all()) {
     const double share = share_beside();
-    // Less than that is not worth an I-frame.
-    const bool are_far = share > 1.5 * fitted_share_ + 0.2;
-    // Those of a camera may be anywhere in each frame.
+    // Those of a camera may be anywhere in each frame; of others less is not worth an
+    // I-frame.
+    const double least_far = rays_.arePlanar() ? 0.02 : 0.2;
+    const bool are_far = share > 1.5 * fitted_share_ + least_far;
     const bool refits_now = refits || (are_far && rays_.arePlanar());
     if (!refits_now ||
         (!has_many_more && share <= growth * fitted_share_ + least_growth)) {
