@@ -62,6 +62,22 @@ TEST_P(OrganisedClouds, OfCamerasAnywhereTakeHardlyMoreBytesThanWithTheirPose)
   }
 }
 
+TEST_P(OrganisedClouds, OfCamerasThatLookAlongNoAxisTakeHardlyMoreBytes)
+{
+  EncoderSettings settings = fineSettings(GetParam());
+  settings.resolution = 0.005; // depths are finer
+  settings.keep_order = true;
+  const auto bytes_of = [&settings](const WorldPose& pose) {
+    CloudEncoder encoder(settings, IntensityUnit::None);
+    FrameDecoder decoder;
+    std::size_t bytes = 0;
+    for (std::uint64_t seed = 0; seed < 4; ++seed)
+      bytes += expectCloud(encoder, decoder, cameraCloud(pose, seed));
+    return static_cast<double>(bytes);
+  };
+  EXPECT_LT(bytes_of(slantedPose()), 1.1 * bytes_of(WorldPose::Identity()));
+}
+
 TEST_P(OrganisedClouds, TakeFewerBytesInOrder)
 {
   for (const auto& cloudOf : {cameraCloud, lidarCloud})
