@@ -3,6 +3,8 @@
 /** \file
  * \brief pcl_ext receive and keep with a real NATS server.
  */
+#include <pcl_ext/link/frame_subscriber.h>
+
 #include "tools/site_program.h"
 #include "view/clients.h"
 
