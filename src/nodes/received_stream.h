@@ -1,20 +1,18 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
-#include <pcl_ext/filters/voxel_outlier_removal.h>
 #include <pcl_ext/nodes/central_node.h>
 #include <pcl_ext/nodes/stream_health.h>
 
 #include "codec/memory_share.h"
+#include "nodes/denoising_decoder.h"
 #include "nodes/frame_sequence.h"
 #include "nodes/pending_changes.h"
 #include "nodes/rate_window.h"
 #include "nodes/taken_changes.h"
 #include "voxels/memory_rule.h"
 
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -46,27 +44,30 @@ public:
   void
   leaveVoxelsOut()
   {
-    decoder_.setDecodesVoxels(false);
+    decoder_.leaveVoxelsOut();
   }
 
   void
   setMinIntensity(float min_intensity)
   {
-    min_intensity_ = min_intensity;
+    decoder_.setMinIntensity(min_intensity);
   }
 
   /** \brief Whether frames come without the layout of messages. */
   void
   setPacked(bool is_packed)
   {
-    is_packed_ = is_packed;
+    decoder_.setPacked(is_packed);
   }
 
   /** \brief Replaces the outlier filter from the next frame on.
    * \param[in] settings as checkSettings() accepts; none: no filter
    */
   void
-  setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings);
+  setOutlierRemoval(const std::optional<VoxelOutlierRemovalSettings>& settings)
+  {
+    decoder_.setOutlierRemoval(settings);
+  }
 
   /** \brief Outcome of a frame that arrived. */
   enum class Admission {
@@ -191,25 +192,8 @@ private:
          const Clock& clock,
          bool& is_decoded);
 
-  /** \brief A frame that was decoded and denoised. */
-  struct Denoised {
-    bool is_whole = false;      ///< kept_ has its voxels; else only changes are known
-    std::size_t voxels = 0;     ///< that are left
-    std::size_t all_voxels = 0; ///< that there were
-    OutlierRemovalStatus outliers;
-    double resolution = 0.0;
-    bool has_intensities = false;
-    std::size_t points_outside_grid = 0;
-  };
-
-  Denoised
-  denoise(io::VoxelFrame& decoded, std::size_t& needed);
-
-  Denoised
-  denoise(io::VoxelChanges& changes, std::size_t& needed);
-
   void
-  makeLatest(const Denoised& denoised,
+  makeLatest(const DenoisedFrame& denoised,
              const WaitingFrame& frame,
              std::chrono::steady_clock::time_point start,
              const Clock& clock);
@@ -219,9 +203,6 @@ private:
 
   void
   makeLatestWhole();
-
-  bool
-  listDecoded(io::VoxelFrame& voxels);
 
   std::optional<LatestFrame>
   listLatest(io::VoxelFrame& voxels);
@@ -245,19 +226,6 @@ private:
   std::optional<LatestFrame>
   takeAll(const FrameSelection& selection, std::size_t known, TakenChanges& taken);
 
-  void
-  keep(io::VoxelFrame& frame);
-
-  /** \brief Removes the outliers of a decoded frame, if a filter is set. A filter that
-   * throws is replaced by a new one, as its history may be incomplete.
-   * \return its status; Ok without a filter
-   */
-  OutlierRemovalStatus
-  removeOutliers(io::VoxelFrame& frame);
-
-  void
-  makeOutlierRemoval();
-
   std::size_t
   keptBytes() const;
 
@@ -267,28 +235,19 @@ private:
   /** \brief Locked while the decoder is used. Before mutex_ and not within it, as the
    * decoder may drop voxels of any stream. */
   std::mutex decode_mutex_;
-  io::FrameDecoder decoder_;
-  float applied_min_intensity_; // to the last frame
-  bool is_whole_ = true;        // latest_ has the voxels; else the decoder lists them.
-                                // Changed with mutex_ locked, too
+  DenoisingDecoder decoder_;
+  bool is_whole_ = true; // latest_ has the voxels; else the decoder lists them.
+                         // Changed with mutex_ locked, too
 
   // Used by decodeNext() only, and between two calls by dropVoxels().
-  std::optional<VoxelOutlierRemoval> outlier_removal_;
   io::VoxelFrame kept_;                // swapped with latest_, to reuse memory
   io::MemoryRule memory_rule_;         // for both
   unsigned int frames_to_release_ = 0; // of kept_ and latest_
   std::size_t frames_by_changes_ = 0;  // in a row, without whole voxels
-  bool is_plain_ = false;          // the voxels are the decoder's but for intensities
-  bool are_voxels_wanted_ = false; // the listener has asked for the last ones
-
-  std::atomic<float> min_intensity_;
-  std::atomic<bool> is_packed_{false};
+  bool are_voxels_wanted_ = false;     // the listener has asked for the last ones
 
   mutable std::mutex mutex_; // guards everything below
-  // Settings of the next filter, which decodeNext() creates.
-  std::optional<VoxelOutlierRemovalSettings> outlier_settings_;
-  bool are_outlier_settings_new_ = false;
-  io::VoxelFrame latest_; // if is_whole_
+  io::VoxelFrame latest_;    // if is_whole_
   bool has_latest_ = false;
   PendingChanges pending_;
   Time latest_stamp_{0};

@@ -1,11 +1,14 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "nodes/sensor_node_settings.h"
 
+#include <pcl_ext/compression/impl/saturated_float.h>
+
 #include "bytes/exact_text.h"
 #include "stream/setting_checks.h"
 #include "stream/version1_header.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -71,6 +74,21 @@ outlierRemovalFault(const SensorNodeSettings& settings)
   return std::nullopt;
 }
 
+/** \brief A box with the floats that are nearest to its ends, to which points of floats
+ * are cropped, as by PCL's CropBox: 0.1 as a float is above 0.1. */
+io::BoundingBox
+withNearestFloats(io::BoundingBox box)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto nearest = [](double end) {
+      return static_cast<double>(detail::saturatedFloat(end));
+    };
+    box.min[axis] = std::min(box.min[axis], nearest(box.min[axis]));
+    box.max[axis] = std::max(box.max[axis], nearest(box.max[axis]));
+  }
+  return box;
+}
+
 } // namespace
 
 io::EncoderSettings
@@ -78,8 +96,10 @@ codecSettings(const SensorNodeSettings& settings)
 {
   io::EncoderSettings codec = settings.compression;
   // A grid that follows the points changes with them; each change costs an I-frame.
-  if (!codec.bounding_box)
-    codec.bounding_box = settings.crop_box;
+  if (!codec.bounding_box && settings.crop_box)
+    codec.bounding_box = codec.format == io::StreamFormat::Published
+                             ? *settings.crop_box // as it is in the stream
+                             : withNearestFloats(*settings.crop_box);
   return codec;
 }
 

@@ -3,8 +3,6 @@
 
 #include "bytes/byte_source.h"
 #include "bytes/exceptions.h"
-#include "bytes/reread_allowance.h"
-#include "codec/frame_failures.h"
 #include "codec/frame_order.h"
 #include "codec/memory_share.h"
 #include "codec/payload_coder.h"
@@ -16,10 +14,7 @@
 #include "voxels/point_voxels.h"
 
 #include <algorithm>
-#include <array>
-#include <new>
 #include <string>
-#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -27,16 +22,42 @@ class FrameDecoder::Implementation {
 public:
   Implementation(const DecoderLimits& limits, IncompleteFrame incomplete_frame)
   : limits_(limits)
-  , keeps_incomplete_(incomplete_frame == IncompleteFrame::Keep)
-  , rereads_(std::max(limits.max_frame_bytes, least_allowance))
+  , search_(limits.max_frame_bytes, incomplete_frame == IncompleteFrame::Keep)
   , version1_(limits)
   , share_(limits.budget, [this] { dropHistory(); })
   {}
 
+  /** \brief Decodes a frame.
+   * \param[out] frame its voxels, unless only changes are asked for
+   * \param[out] changes null if they are not asked for
+   */
   CompressionStatus
-  decode(std::streambuf& buffer, VoxelFrame& frame, CodingWorkspace& work)
+  decode(std::streambuf& buffer,
+         VoxelFrame& frame,
+         VoxelChanges* changes,
+         CodingWorkspace& work)
   {
-    return decode(buffer, frame, nullptr, work);
+    share_.begin();
+    search_.begin(buffer);
+    found_ = FoundFormat::None;
+    size_ = 0;
+    are_listed_ = false;
+    skipped_ = 0;
+    const auto input_failed = [](const std::string& reason) {
+      return CompressionStatus(CompressionCode::InputFailed,
+                               "reading failed: " + reason);
+    };
+    // The caller's buffer may throw, too.
+    CompressionStatus status =
+        callOrElse([&] { return decodeNext(buffer, frame, changes, work); },
+                   outOfMemoryStatus<CompressionStatus>,
+                   input_failed);
+    search_.end(status, buffer, skipped_);
+    if (!status.ok())
+      frame.clearVoxels();
+    followStream(status, frame, work);
+    share_.end(memoryBytes());
+    return status;
   }
 
   CompressionStatus
@@ -99,176 +120,25 @@ public:
   }
 
 private:
-  /** \brief Bytes that may be read again with any limits. */
-  static constexpr std::size_t least_allowance = std::size_t{1} << 20;
-
-  /** \brief Decodes a frame.
-   * \param[out] frame its voxels, unless only changes are asked for
-   * \param[out] changes null if they are not asked for
-   */
-  CompressionStatus
-  decode(std::streambuf& buffer,
-         VoxelFrame& frame,
-         VoxelChanges* changes,
-         CodingWorkspace& work)
-  {
-    share_.begin();
-    const std::streambuf::off_type begin = positionOf(buffer);
-    std::size_t frame_offset = 0;
-    found_ = FoundFormat::None;
-    size_ = 0;
-    are_listed_ = false;
-    skipped_ = 0;
-    const auto input_failed = [](const std::string& reason) {
-      return CompressionStatus(CompressionCode::InputFailed,
-                               "reading failed: " + reason);
-    };
-    // The caller's buffer may throw, too.
-    CompressionStatus status = callOrElse(
-        [&] { return decodeNext(buffer, frame, changes, work, frame_offset); },
-        outOfMemoryStatus<CompressionStatus>,
-        input_failed);
-    const std::streambuf::off_type end = positionOf(buffer);
-    if (begin >= 0 && end > begin)
-      seekToNextSearch(
-          status, buffer, begin, static_cast<std::size_t>(end - begin), frame_offset);
-    if (!status.ok())
-      frame.clearVoxels();
-    followStream(status, frame, work);
-    share_.end(memoryBytes());
-    return status;
-  }
-
-  /** \brief Moves the buffer to where the next call has to search: after the frame, to
-   * its second byte if its size may be forged, or to its first if it is to be kept.
-   * \param[in] status of the frame
-   * \param[in,out] buffer after the bytes read
-   * \param[in] begin position of the buffer before the call
-   * \param[in] consumed bytes read by the call
-   * \param[in] frame_offset offset of the frame in them
-   */
-  void
-  seekToNextSearch(const CompressionStatus& status,
-                   std::streambuf& buffer,
-                   std::streambuf::off_type begin,
-                   std::size_t consumed,
-                   std::size_t frame_offset)
-  {
-    if (keeps_incomplete_ && status.code() == CompressionCode::Truncated) {
-      seekTo(buffer, begin, frame_offset);
-      return;
-    }
-    const std::size_t second_byte = frame_offset + 1;
-    const std::size_t bytes_read = consumed - skipped_;
-    if (mayHideFrames(status.code()) ||
-        (isOutOfOrder(status.code()) && !continuesWithFrame(buffer)))
-      if (second_byte < consumed &&
-          rereads_.take(bytes_read - std::min(bytes_read, second_byte))) {
-        seekTo(buffer, begin, second_byte);
-        consumed = second_byte;
-      }
-    rereads_.pass(consumed);
-  }
-
-  /** \brief True if a frame or nothing follows, which confirms the size of the previous
-   * one, whose checksum could not be verified. True for a buffer that cannot seek. */
-  static bool
-  continuesWithFrame(std::streambuf& buffer)
-  {
-    const std::streambuf::off_type position = positionOf(buffer);
-    if (position < 0)
-      return true;
-    std::array<char, published::magic_size> next{};
-    // If the buffer throws, the next call reports it.
-    const std::streamsize size =
-        callOrElse([&] { return buffer.sgetn(next.data(), next.size()); },
-                   [] { return std::streamsize{0}; });
-    seekTo(buffer, position, 0);
-    const auto begins = [&](const char* magic, std::size_t magic_size) {
-      const auto known = std::min(static_cast<std::size_t>(size), magic_size);
-      return std::equal(magic, magic + known, next.data());
-    };
-    return begins(version1_magic, version1_magic_size) ||
-           begins(published::magic, published::magic_size);
-  }
-
-  /** \brief True for a frame that is old or lacks its reference. */
-  static bool
-  isOutOfOrder(CompressionCode code)
-  {
-    return code == CompressionCode::MissingReference ||
-           code == CompressionCode::OldFrame;
-  }
-
-  /** \brief True if a forged size of the failed frame may have included other frames,
-   * which the next call has to find. */
-  static bool
-  mayHideFrames(CompressionCode code)
-  {
-    return code != CompressionCode::Ok && code != CompressionCode::EndOfStream &&
-           code != CompressionCode::NoFrame && code != CompressionCode::InputFailed &&
-           !isOutOfOrder(code);
-  }
-
-  /** \brief Read position of a buffer; -1 if it cannot seek, for which some buffers
-   * throw an exception. */
-  static std::streambuf::off_type
-  positionOf(std::streambuf& buffer)
-  {
-    const auto position = [&]() -> std::streambuf::off_type {
-      return buffer.pubseekoff(0, std::ios_base::cur, std::ios_base::in);
-    };
-    return callOrElse(position, [] { return -1; });
-  }
-
-  static void
-  seekTo(std::streambuf& buffer, std::streambuf::off_type begin, std::size_t offset)
-  {
-    const auto seek = [&] {
-      buffer.pubseekpos(begin + static_cast<std::streambuf::off_type>(offset),
-                        std::ios_base::in);
-    };
-    // Fails for a buffer that cannot seek; the status is not changed.
-    callOrElse(seek, [] {});
-  }
-
   CompressionStatus
   decodeNext(std::streambuf& buffer,
              VoxelFrame& frame,
              VoxelChanges* changes,
-             CodingWorkspace& work,
-             std::size_t& frame_offset)
+             CodingWorkspace& work)
   {
-    ByteSource search(buffer, limits_.max_frame_bytes);
-    std::uint64_t last_bytes = std::exchange(unfinished_search_, 0);
-    FirstBytes first;
-    const FoundFormat format = findFrame(search, last_bytes, first);
-    if (format == FoundFormat::None) {
-      if (search.failure() == ByteSource::Failure::LimitExceeded)
-        unfinished_search_ = last_bytes;
-      const std::size_t kept = std::min(
-          search.consumed(), keeps_incomplete_ ? incompleteMagicSize(last_bytes) : 0);
-      if (kept > 0 && search.failure() == ByteSource::Failure::EndOfInput) {
-        frame_offset = search.consumed() - kept;
-        return failedRead(search, "the first bytes of a frame");
-      }
-      return noFrame(search, first, limits_.max_frame_bytes);
-    }
-    const bool is_published = format == FoundFormat::Published;
-    const std::size_t magic_size =
-        is_published ? published::magic_size : version1_magic_size;
-    // Magic bytes may have begun in the previous call.
-    frame_offset = search.consumed() - std::min(search.consumed(), magic_size);
-    found_ = format;
-
+    CompressionStatus status;
+    found_ = search_.find(buffer, status);
+    if (found_ == FoundFormat::None)
+      return status;
+    const std::size_t magic_size = magicSize(found_);
     CodedFrameStatistics statistics;
-    statistics.skipped_bytes = frame_offset;
+    statistics.skipped_bytes = search_.frameOffset();
     ByteSource source(buffer,
                       limits_.max_frame_bytes -
                           std::min(limits_.max_frame_bytes, magic_size));
-    CompressionStatus status =
-        is_published ? decodePublished(source, frame, changes, statistics)
-                     : decodeVersion1(source, work, frame, changes, statistics);
+    status = found_ == FoundFormat::Published
+                 ? decodePublished(source, frame, changes, statistics)
+                 : decodeVersion1(source, work, frame, changes, statistics);
     skipped_ = source.skipped();
     if (!status.ok())
       return status;
@@ -434,9 +304,7 @@ private:
   DecoderLimits limits_;
   bool decodes_voxels_ = true;
   bool tells_changes_ = false; // a caller has asked for them
-  bool keeps_incomplete_;
-  std::uint64_t unfinished_search_ = 0; // last bytes of a search ended by the limit
-  RereadAllowance rereads_;
+  FrameSearch search_;
   CodedFrameStatistics statistics_;
   FoundFormat last_found_ = FoundFormat::None; // of the last decoded frame
   std::size_t frames_in_a_row_ = 0;            // of this format
@@ -473,14 +341,16 @@ FrameDecoder::operator=(FrameDecoder&&) noexcept = default;
 CompressionStatus
 FrameDecoder::decode(std::streambuf& source, VoxelFrame& frame)
 {
-  return implementation_->decode(source, frame, implementation_->ownWorkspace());
+  return implementation_->decode(
+      source, frame, nullptr, implementation_->ownWorkspace());
 }
 
 CompressionStatus
 FrameDecoder::decode(const std::uint8_t* bytes, std::size_t size, VoxelFrame& frame)
 {
   MemoryBuffer buffer(bytes, size);
-  return implementation_->decode(buffer, frame, implementation_->ownWorkspace());
+  return implementation_->decode(
+      buffer, frame, nullptr, implementation_->ownWorkspace());
 }
 
 CompressionStatus
@@ -490,7 +360,7 @@ FrameDecoder::decode(const std::uint8_t* bytes,
                      DecodingMemory& memory)
 {
   MemoryBuffer buffer(bytes, size);
-  return implementation_->decode(buffer, frame, *memory.workspace_);
+  return implementation_->decode(buffer, frame, nullptr, *memory.workspace_);
 }
 
 CompressionStatus

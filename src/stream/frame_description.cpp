@@ -46,6 +46,8 @@ describeVersion1(ByteSource& source,
     description.has_point_counts = header.content.has_point_counts;
     description.fields = header.fields;
     description.scan = {header.scan.width, header.scan.height};
+    description.has_rays =
+        header.content.has_scan && header.scan.rays.shape != scan::RayShape::Free;
     description.is_row_by_row = header.content.has_scan &&
                                 header.scan.order == scan::PointOrder::RowByRow &&
                                 header.scan.rays.shape == scan::RayShape::Spinning;

@@ -312,6 +312,12 @@ ViewServer::Implementation::sendStates()
     view::wake(*viewer);
 }
 
+bool
+isViewerPage(const std::string& page)
+{
+  return page.find(R"(id="pcl-ext-codec")") != std::string::npos;
+}
+
 ViewServer::ViewServer(const ViewServerSettings& settings)
 : implementation_(new Implementation(settings))
 {}

@@ -183,6 +183,28 @@ TEST(SensorNode, ABoundingBoxOfItsOwnIsNotReplacedByTheCropBox)
             cloud.size() - inside.size());
 }
 
+TEST(SensorNode, PointsOnTheFacesOfTheCropBoxAreInside)
+{
+  // Their floats are beyond these decimals, on some axis.
+  const BoundingBox box{{-1.998, -0.3, 0.001}, {0.1, 1.997, 2.499}};
+  Cloud corners;
+  for (const BoundingBox& given : {box, BoundingBox{{0.2, 0.2, 0.2}, {0.3, 0.3, 0.3}}})
+    for (unsigned int corner = 0; corner < 8; ++corner) {
+      const auto coordinate = [&](std::size_t axis) {
+        return static_cast<float>((corner >> axis & 1) != 0 ? given.max[axis]
+                                                            : given.min[axis]);
+      };
+      corners.emplace_back(coordinate(0), coordinate(1), coordinate(2));
+    }
+  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
+  settings.crop_box = box;
+  SensorNode node(settings);
+  Bytes bytes;
+  const auto status = node.encode(messageOf(corners), WorldPose::Identity(), bytes);
+  EXPECT_EQ(status.message(), "");
+  EXPECT_EQ(node.statistics().frame.voxelization.points_used, 8u);
+}
+
 TEST(SensorNode, CloudsOfWhichNothingIsLeftAreFramesWithoutVoxels)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Quadratic);

@@ -67,9 +67,10 @@ endif()
 if(TARGET pcl_ext_link)
   target_sources(test_program PRIVATE tools/test_program_centres.cpp
                                       tools/test_program_losses.cpp
+                                      tools/test_program_receive.cpp
                                       tools/test_program_replay.cpp
                                       tools/test_program_map.cpp
-                                      tools/test_program_site.cpp
+                                      tools/test_program_send.cpp
                                       tools/test_program_site_state.cpp)
   target_link_libraries(test_program PRIVATE pcl_ext_link_objects ${PCL_EXT_NATS_LIBRARY})
   target_compile_definitions(

@@ -97,6 +97,32 @@ TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
   EXPECT_LT(removed, 4000u);
 }
 
+TEST_F(ProgramKept, ScansWithoutRaysAreToldToBeSo)
+{
+  std::mt19937_64 random(7);
+  pcl::PointCloud<pcl::PointXYZI> anywhere(6, 5); // too few points to tell rays
+  for (pcl::PointXYZI& point : anywhere)
+    for (int axis = 0; axis < 3; ++axis)
+      point.data[axis] = 0.02f * static_cast<float>(random() % 99) - 0.98f;
+  pcl::PointCloud<pcl::PointXYZI> in_a_row = anywhere;
+  in_a_row.width = 30;
+  in_a_row.height = 1;
+  const Eigen::Quaternionf none = Eigen::Quaternionf::Identity();
+  for (const auto& [cloud, order] :
+       {std::pair<pcl::PointCloud<pcl::PointXYZI>, std::string>{organisedWall(),
+                                                                "in order, 80 x 60"},
+        {anywhere, "in order, 6 x 5, without rays"},
+        {in_a_row, "in order, without rays"}}) {
+    writeWithViewpoint(folder / "points/0.pcd", cloud, Eigen::Vector4f::Zero(), none);
+    const ProgramRun encoded =
+        run("encode points -o x.pcxi --overwrite -r 0.001 --keep-order --law none");
+    EXPECT_TRUE(hasPart(encoded.output, "points " + order + ", edge"))
+        << encoded.output << encoded.errors;
+    const ProgramRun info = expectRun("info x.pcxi");
+    EXPECT_TRUE(hasPart(info.output, "| points " + order + " |")) << info.output;
+  }
+}
+
 TEST_F(ProgramKept, OrderIfThatIsAskedFor)
 {
   // In no order, so that voxels take fewer bytes.

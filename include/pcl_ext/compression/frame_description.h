@@ -50,6 +50,7 @@ struct FrameDescription {
   /** \brief Columns and rows of a scan, of one without rays its points and 1; I-frames
    * only. */
   ImageSize scan;
+  bool has_rays = false;     ///< depths along rays, else positions; likewise
   bool is_organised = false; ///< decoded clouds have its rows and columns; likewise
   /** \brief Decoded points come row by row, which need not be the order of the encoded
    * cloud; likewise. */

@@ -66,6 +66,11 @@ struct ViewServerLimits {
   std::chrono::milliseconds i_frame_request_interval{100};
 };
 
+/** \brief Whether a text may be the viewer's page, as viewer/build.sh makes it: it has the
+ * element in which the page's codec is. */
+PCL_EXT_VIEW_EXPORT bool
+isViewerPage(const std::string& page);
+
 /** \brief What a ViewServer serves, and where. */
 struct ViewServerSettings {
   /** \brief Address to listen on, in numbers. Empty: loopback, 127.0.0.1 and ::1 if
@@ -75,7 +80,7 @@ struct ViewServerSettings {
   /** \brief Port; 0: a free one, see ViewServer::port(). */
   std::uint16_t port = 0;
 
-  /** \brief The page, HTML. */
+  /** \brief The page, HTML; any is served, see isViewerPage(). */
   std::string page;
 
   /** \brief Name of the source, which the page shows. */

@@ -23,7 +23,7 @@ pageOf(const std::string& parameter)
   std::ifstream file(path, std::ios::binary);
   std::string content{std::istreambuf_iterator<char>(file),
                       std::istreambuf_iterator<char>()};
-  if (!file || content.empty())
+  if (!file || !pcl_ext::view::isViewerPage(content))
     throw std::runtime_error("view_page is '" + path +
                              "'; it must be the viewer's page, viewer.html, which "
                              "viewer/build.sh of pcl_ext makes");

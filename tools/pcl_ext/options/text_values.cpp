@@ -276,15 +276,14 @@ parseBytes(const std::string& option, const std::string& text)
 }
 
 std::string
-inOrder(const io::ImageSize& size, bool is_organised, bool is_row_by_row)
+inOrder(const io::FrameDescription& frame)
 {
-  const std::string text =
-      std::to_string(size.width) + " x " + std::to_string(size.height);
-  if (is_organised)
-    return "in order, " + text;
-  if (is_row_by_row)
-    return "row by row, on " + text + " rays";
-  return size.height > 1 ? "in order, on " + text + " rays" : "in order";
+  const std::string size =
+      std::to_string(frame.scan.width) + " x " + std::to_string(frame.scan.height);
+  const std::string order = frame.is_row_by_row ? "row by row" : "in order";
+  if (frame.is_organised)
+    return order + ", " + size + (frame.has_rays ? "" : ", without rays");
+  return order + (frame.has_rays ? ", on " + size + " rays" : ", without rays");
 }
 
 std::string

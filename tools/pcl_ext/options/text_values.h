@@ -6,6 +6,7 @@
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
+#include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/intensity/intensity_model.h>
 #include <pcl_ext/rigid_pose.h>
@@ -101,14 +102,11 @@ struct FrameRange {
 std::string
 counted(std::size_t count, const std::string& noun);
 
-/** \brief What the points of a scan are: "in order, 640 x 480", which is the size of the
- * cloud, "in order, on 1800 x 16 rays", or "in order".
- * \param[in] size of the scan
- * \param[in] is_organised whether the cloud has its rows and columns
- * \param[in] is_row_by_row whether points come so: "row by row, on 1800 x 16 rays"
- */
+/** \brief What the points of a scan are, by its I-frame: "in order, 640 x 480", which is
+ * the size of the cloud, "in order, on 1800 x 16 rays", or "row by row" on rays; of one
+ * without rays "in order, 640 x 480, without rays" or "in order, without rays". */
 std::string
-inOrder(const io::ImageSize& size, bool is_organised, bool is_row_by_row);
+inOrder(const io::FrameDescription& frame);
 
 /** \brief Reads A:B, either of which may be left out; N alone is that frame.
  * \throws UsageError, also if the range is empty

@@ -21,7 +21,7 @@ public:
   add(const io::FrameDescription& frame)
   {
     if (frame.is_i_frame && frame.has_points)
-      add(inOrder(frame.scan, frame.is_organised, frame.is_row_by_row));
+      add(inOrder(frame));
   }
 
   void

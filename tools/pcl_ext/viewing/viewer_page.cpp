@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "viewing/viewer_page.h"
 
+#include <pcl_ext/view/view_server.h>
+
 #include "console/interruption.h"
 
 #ifdef __APPLE__
@@ -26,8 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t bytes_of_a_megabyte = 1'000'000;
 
-/** \brief What the viewer's page has, and a page with a recording in it besides. */
-constexpr std::string_view element_of_codec = R"(id="pcl-ext-codec")";
+/** \brief What a page with a recording in it has, and where it begins. */
 constexpr std::string_view element_of_recording = R"(id="pcl-ext-recording")";
 constexpr std::string_view body = "<body>";
 
@@ -213,7 +214,7 @@ readPage(const std::string& path)
     throw std::runtime_error(
         "the page '" + page +
         "' has a recording in it, as of --export, and would show that");
-  if (!has(element_of_codec) || !has(body))
+  if (!view::isViewerPage(text) || !has(body))
     throw std::runtime_error("'" + page +
                              "' is not the viewer's page, as viewer/build.sh makes it");
   return text;

@@ -1,8 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 /** \file
- * \brief pcl_ext send, receive and keep with a real NATS server.
+ * \brief pcl_ext receive and keep with a real NATS server.
  */
+#include <pcl_ext/link/frame_subscriber.h>
+
 #include "tools/site_program.h"
 #include "view/clients.h"
 
@@ -88,77 +90,6 @@ TEST_F(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
   }
 }
 
-TEST_F(ProgramSite, EncodesCloudsAndFollowsRequests)
-{
-  const NatsServer server;
-  writeClouds("room", roomClouds(40));
-  const std::string port = std::to_string(freePort());
-  BackgroundProgram sending(folder,
-                            "send",
-                            "send room --rate 20 --resolution 0.05 --prefix /north "
-                            "--metrics-port " +
-                                port + at(server));
-  sending.waitForError("sending room to site cell");
-  // Without a request there is no other I-frame.
-  Receiving receiving(folder, "receive", at(server) + "-o late.mcap");
-  const auto metrics = [&] {
-    return view::test::request(static_cast<std::uint16_t>(std::stoi(port)), "/metrics")
-        .body;
-  };
-  EXPECT_TRUE(view::test::waitFor([&] {
-    return metrics().find("pcl_ext_sender_frames_total{stream=\"/north/room\"}") !=
-           std::string::npos;
-  })) << metrics();
-  EXPECT_TRUE(hasPart(metrics(), "pcl_ext_publisher_frames_not_sent_total 0\n"));
-  EXPECT_EQ(sending.end(0), 0) << sending.errors();
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  const std::vector<DecodedStream> received = decode(folder / "late.mcap");
-  ASSERT_EQ(received.size(), 1u);
-  EXPECT_EQ(received[0].name, "/north/room");
-  EXPECT_GE(received[0].frames.size(), 10u);
-  EXPECT_TRUE(received[0].frames[0].description.is_i_frame);
-  EXPECT_EQ(received[0].frames[0].description.effort, io::Effort::Fast);
-}
-
-TEST_F(ProgramSite, TellsHowManyCloudsHadNoRoom)
-{
-  const NatsServer server;
-  writeClouds("room", roomClouds(100));
-  expectRun("encode room -q -o room.pcxi -r 0.05 --i-frame-rate 1");
-  const std::size_t bits =
-      8 * decode(folder / "room.pcxi").at(0).frames[0].bytes.size();
-  const std::string options = "send room --rate 20 -r 0.05 --i-frame-rate 1 "
-                              "--rate-doublings 0 --max-rate ";
-  const std::uint16_t port = freePort();
-  BackgroundProgram sending(folder,
-                            "send",
-                            options + std::to_string(5 * bits) +
-                                "bit/s --metrics-port " + std::to_string(port) +
-                                at(server));
-  sending.waitForError("sending room to site cell");
-  const auto value = [&](const std::string& metrics, const std::string& name) {
-    const std::string begin = "\npcl_ext_sender_" + name + "_total{stream=\"/room\"} ";
-    const std::size_t found = metrics.find(begin);
-    return found == std::string::npos
-               ? 0
-               : std::stoi(metrics.substr(found + begin.size(), 8));
-  };
-  std::string metrics;
-  EXPECT_TRUE(view::test::waitFor([&] {
-    metrics = view::test::request(port, "/metrics").body;
-    return value(metrics, "clouds_left_out") > 2;
-  })) << metrics;
-  EXPECT_EQ(value(metrics, "clouds"),
-            value(metrics, "frames") + value(metrics, "clouds_left_out"));
-  sending.end(SIGINT);
-  EXPECT_TRUE(hasPart(sending.output(), " left out for --max-rate\n"));
-
-  const ProgramRun none = run(options + "1kbit/s" + at(server));
-  EXPECT_EQ(none.status, 1);
-  EXPECT_TRUE(hasPart(none.errors,
-                      "/room: --max-rate has no room for any of its 100 clouds: "));
-}
-
 TEST_F(ProgramSite, RotatesByTheBytesOfTheFile)
 {
   const NatsServer server;
@@ -206,19 +137,6 @@ TEST_F(ProgramSite, TellsWhichPortOfTheMetricsIsFree)
               "\npcl_ext_link_connected "));
 }
 
-TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
-{
-  const NatsServer server;
-  writeClouds("room", roomClouds(5));
-  Receiving receiving(folder, "receive", at(server) + "-o received.pcxi --map map.ot");
-  const ProgramRun run = runShell(
-      "\"$P\" encode room -q -o - | tee sent.pcxi | \"$P\" send -q -" + at(server));
-  EXPECT_EQ(run.status, 0) << run.errors;
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "sent.pcxi"));
-  EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
-}
-
 TEST_F(ProgramSite, TellsWhichStreamsHaveNoIntensities)
 {
   const NatsServer server;
@@ -260,28 +178,6 @@ TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
       hasPart(merged.output, "; " + std::to_string(times.size()) + " merged frames"));
   EXPECT_TRUE(fs::exists(folder / "x.ot"));
   EXPECT_TRUE(hasPart(merged.output, "nodes written to x.ot, after 2 updates\n"));
-}
-
-TEST_F(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
-{
-  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
-  writeClouds("room", roomClouds(100));
-  const std::uint16_t port = freePort();
-  const BackgroundProgram sending(folder,
-                                  "send",
-                                  "send room --rate 10 --resolution 0.05 "
-                                  "--i-frame-rate 100000 --metrics-port " +
-                                      std::to_string(port) + at(server));
-  sending.waitForError("to site cell");
-  // Until the first frame was sent, which is an I-frame.
-  EXPECT_TRUE(view::test::waitFor([&] {
-    const std::string metrics = view::test::request(port, "/metrics").body;
-    return metrics.find("\npcl_ext_publisher_frames_total ") != std::string::npos &&
-           metrics.find("\npcl_ext_publisher_frames_total 0\n") == std::string::npos;
-  }));
-  expectRun("keep" + at(server));
-  expectRun("receive -q --replay all -o kept.mcap" + at(server));
-  EXPECT_TRUE(decode(folder / "kept.mcap")[0].frames[0].description.is_i_frame);
 }
 
 /** \brief The text of an example. */
@@ -493,61 +389,6 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                at(server));
   EXPECT_EQ(right.status, 1);
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
-}
-
-TEST_F(ProgramSite, TheFirstCloudWithPointsDecidesOnTheIntensities)
-{
-  const NatsServer server;
-  const auto plain = [](const std::string& points, const std::string& data) {
-    const std::string text =
-        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
-        points + "\nHEIGHT 1\nPOINTS " + points + "\nDATA ascii\n" + data;
-    return Bytes(text.begin(), text.end());
-  };
-  writeClouds("empty", roomClouds(3));
-  writeClouds("bare", roomClouds(3));
-  writeBytes(folder / "empty/000.pcd", plain("0", ""));
-  writeBytes(folder / "bare/000.pcd", plain("1", "1 2 3\n"));
-  Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
-  EXPECT_EQ(
-      expectRun("send -q empty --rate 50" + at(server)).output.rfind("3 frames", 0),
-      0u);
-  const std::string remark = "/bare, frame 1: its field 'intensity' is left out";
-  EXPECT_TRUE(hasPart(run("send bare --rate 50" + at(server)).errors, remark));
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  for (const DecodedStream& stream : decode(folder / "received.mcap")) {
-    ASSERT_EQ(stream.voxels.size(), 3u) << stream.name;
-    EXPECT_EQ(stream.voxels[0].pointCount(), stream.name == "/bare" ? 1u : 0u);
-    EXPECT_EQ(stream.voxels[2].hasIntensities(), stream.name == "/empty");
-  }
-}
-
-TEST_F(ProgramSite, OptionsWithoutEffectOnWhatIsSentAreRefused)
-{
-  const NatsServer server;
-  recordTwoStreams(folder / "x.mcap");
-  const std::string frames =
-      "; 'x.mcap' has encoded frames, which are sent as they are: leave it out";
-  for (const std::string option : {"--max-rate 1Mbit/s",
-                                   "--crop 0,0,0,1,1,1",
-                                   "-r 0.1",
-                                   "--topics /a",
-                                   "--bin-fields x,y,z",
-                                   "--pose 0,0,0,0,0,0",
-                                   "--remove-outliers",
-                                   "--law none",
-                                   "--no-header",
-                                   "--fields all"})
-    expectFailure("send x.mcap " + option + at(server), 2, " is for clouds" + frames);
-  expectRefusals(
-      {{"send x.mcap --rate 5" + at(server),
-        2,
-        "--rate is for files; 'x.mcap' has its own times"},
-       {"send - -e small" + at(server),
-        2,
-        "--effort is for clouds; the standard input has encoded frames"},
-       {"send --cell --pose 0,0,0,0,0,0" + at(server), 2, "--pose is for inputs"},
-       {"advise --cell --pose 0,0,0,0,0,0", 2, "--pose is for inputs"}});
 }
 
 } // namespace test
