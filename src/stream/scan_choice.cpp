@@ -57,8 +57,7 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
   const std::size_t as_voxels =
       is_coded ? bytes_.size() + bytesOfOrder(voxels.pointCount()) : 2 * bytes;
   if (!is_i_frame) {
-    if (is_coded && !trial_->encoder.statistics().is_i_frame)
-      wants_voxels_ = addPFrame(bytes, as_voxels);
+    wants_voxels_ = addPFrame(bytes, as_voxels);
     return false;
   }
   is_scan_ = isScanBetter(static_cast<double>(bytes), static_cast<double>(as_voxels));
