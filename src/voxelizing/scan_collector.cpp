@@ -171,8 +171,9 @@ ScanCollector::setLayout(const FieldCollector& fields,
   const std::uint64_t most_pixels = mostPixels(fields);
   scan.row_shifts.clear();
   const bool is_organised = cloud_.image.width > 0;
-  if (!is_organised && !ScanColumns::areRows(cloud_.rings) &&
-      !rows_.find(sensor_pose.inverse(), is_i_frame_due, cloud_))
+  const bool has_rings = !is_organised && ScanColumns::areRows(cloud_.rings);
+  if (!is_organised && !has_rings &&
+      !rows_.find(rays_.poseOf(sensor_pose).inverse(), is_i_frame_due, cloud_))
     return false;
   if (cloud_.image.width > 0) {
     scan.width = cloud_.image.width;
@@ -185,8 +186,13 @@ ScanCollector::setLayout(const FieldCollector& fields,
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
-    if (!columns_.find(
-            cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
+    if (is_i_frame_due && has_rings)
+      rays_.findPose(cloud_, sensor_pose);
+    if (!columns_.find(cloud_,
+                       rays_.poseOf(sensor_pose).inverse(),
+                       is_i_frame_due,
+                       most_pixels,
+                       scan))
       return false;
     pixels_.resize(cloud_.size());
     for (std::size_t point = 0; point < cloud_.size(); ++point)
@@ -328,9 +334,13 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   constexpr double least_growth = 0.01;
   const bool has_many_more = cloud_.size() > 2 * fitted_points_;
   if (append_all()) {
-    const double share = share_beside();
     // Less than that is not worth an I-frame.
-    const bool are_far = share > 1.5 * fitted_share_ + 0.2;
+    const double far = 1.5 * fitted_share_ + 0.2;
+    double share = share_beside();
+    if (share > far && !refits && rays_.followPose(cloud_, columns_, sensor_pose) &&
+        append_all())
+      share = share_beside();
+    const bool are_far = share > far;
     // Those of a camera may be anywhere in each frame.
     const bool refits_now = refits || (are_far && rays_.arePlanar());
     if (!refits_now ||

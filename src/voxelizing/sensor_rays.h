@@ -20,6 +20,27 @@ namespace pcl_ext::PCL_EXT_ABI::io {
  * follow. */
 class SensorRays {
 public:
+  /** \brief Sensor -> world, where the sensor is not where it was told to be. */
+  WorldPose
+  poseOf(const WorldPose& told) const
+  {
+    return told * moved_;
+  }
+
+  /** \brief Finds where the spinning sensor of a cloud with rings is.
+   * \param[in] told sensor -> world, metres
+   */
+  void
+  findPose(const SensorCloud& cloud, const WorldPose& told);
+
+  /** \brief Finds where a sensor is now that was not where it was told before.
+   * \return false if it is not found, or if the columns of its cloud would change
+   */
+  bool
+  followPose(const SensorCloud& cloud,
+             const ScanColumns& columns,
+             const WorldPose& told);
+
   /** \brief Finds the rays of a cloud.
    * \param[in] cloud not empty
    * \param[in] columns of its points, if it has rings
@@ -66,6 +87,7 @@ public:
 private:
   void
   fitImage(const std::vector<PixelPoint>& points,
+           const Eigen::Vector3d& place,
            const WorldPose& pose,
            const VoxelGrid& grid,
            const ImageSize& size);
@@ -82,7 +104,8 @@ private:
   std::vector<std::uint16_t>
   findShifts(const scan::ScanFrame& frame) const;
 
-  scan::ScanLayout layout_; // of the fit, without rays
+  scan::ScanLayout layout_;                 // of the fit, without rays
+  WorldPose moved_ = WorldPose::Identity(); // sensor -> where it was told to be
   std::optional<PlanarFit> planar_;
   std::optional<SpinningFit> spinning_;
   bool is_new_ = false;               // the cloud of the fit has no rays yet
