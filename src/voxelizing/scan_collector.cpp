@@ -176,8 +176,9 @@ ScanCollector::setLayout(const FieldCollector& fields,
   const std::uint64_t most_pixels = mostPixels(fields);
   scan.row_shifts.clear();
   const bool is_organised = cloud_.image.width > 0;
-  if (!is_organised && !ScanColumns::areRows(cloud_.rings) &&
-      !rows_.find(sensor_pose.inverse(), is_i_frame_due, cloud_))
+  const bool has_rings = !is_organised && ScanColumns::areRows(cloud_.rings);
+  if (!is_organised && !has_rings &&
+      !rows_.find(rays_.poseOf(sensor_pose).inverse(), is_i_frame_due, cloud_))
     return false;
   if (cloud_.image.width > 0) {
     scan.width = cloud_.image.width;
@@ -190,8 +191,13 @@ ScanCollector::setLayout(const FieldCollector& fields,
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
-    if (!columns_.find(
-            cloud_, sensor_pose.inverse(), is_i_frame_due, most_pixels, scan))
+    if (is_i_frame_due && has_rings)
+      rays_.findPose(cloud_, sensor_pose);
+    if (!columns_.find(cloud_,
+                       rays_.poseOf(sensor_pose).inverse(),
+                       is_i_frame_due,
+                       most_pixels,
+                       scan))
       return false;
     pixels_.resize(cloud_.size());
     for (std::size_t point = 0; point < cloud_.size(); ++point)
@@ -333,14 +339,20 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
   constexpr double least_growth = 0.01;
   const bool has_many_more = cloud_.size() > 2 * fitted_points_;
   if (append_all()) {
-    const double share = share_beside();
     // Those of a camera may be anywhere in each frame; of others less is not worth an
     // I-frame.
-    const double least_far = rays_.arePlanar() ? 0.02 : 0.2;
-    const bool are_far = share > 1.5 * fitted_share_ + least_far;
+    const double far = 1.5 * fitted_share_ + (rays_.arePlanar() ? 0.02 : 0.2);
+    double share = share_beside();
+    bool are_located = true;
+    if (share > far && !refits && rays_.followPose(cloud_, columns_, sensor_pose)) {
+      are_located = append_all();
+      share = share_beside();
+    }
+    const bool are_far = share > far;
     const bool refits_now = refits || (are_far && rays_.arePlanar());
-    if (!refits_now ||
-        (!has_many_more && share <= growth * fitted_share_ + least_growth)) {
+    if (are_located &&
+        (!refits_now ||
+         (!has_many_more && share <= growth * fitted_share_ + least_growth))) {
       wants_other_rays_ = are_far;
       return true;
     }

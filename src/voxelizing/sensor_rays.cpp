@@ -1,7 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/sensor_rays.h"
 
+#include "voxelizing/pixel_points.h"
 #include "voxelizing/robust_fit.h"
+#include "voxelizing/spinning_pose.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,96 +14,8 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
-Eigen::Vector3d
-vectorOf(const std::array<double, 3>& position)
-{
-  return {position[0], position[1], position[2]};
-}
-
-/** \brief The points of a cloud as points of pixels. */
-class PixelPoints {
-public:
-  PixelPoints(const SensorCloud& cloud,
-              const ScanColumns& columns,
-              const WorldPose& pose)
-  : cloud_(cloud)
-  , columns_(columns)
-  , sensor_(pose.translation())
-  , to_sensor_(pose.inverse())
-  {}
-
-  std::uint32_t
-  rowOf(std::size_t point) const
-  {
-    return hasRings() ? cloud_.rings[point] : cloud_.pixels[point] / cloud_.image.width;
-  }
-
-  std::uint32_t
-  columnOf(std::size_t point) const
-  {
-    return hasRings() ? columns_.columns()[point]
-                      : cloud_.pixels[point] % cloud_.image.width;
-  }
-
-  /** \brief In the coordinates of the sensor. */
-  PixelPoint
-  at(std::size_t point) const
-  {
-    return {
-        rowOf(point), columnOf(point), to_sensor_ * vectorOf(cloud_.positions[point])};
-  }
-
-  /** \brief The points of the columns that firings are fitted with, but for those at the
-   * sensor. */
-  std::vector<PixelPoint>
-  ofSampledColumns(std::uint32_t column_count) const
-  {
-    std::vector<PixelPoint> points;
-    for (std::size_t i = 0; i < cloud_.size(); ++i)
-      if (isSampled(columnOf(i), column_count) && !isMissing(i))
-        points.push_back(at(i));
-    return points;
-  }
-
-  /** \brief Some points of each row, by pairs of neighbours, but for those at the
-   * sensor. */
-  std::vector<PixelPoint>
-  ofEachRow(std::uint32_t row_count) const
-  {
-    constexpr std::size_t enough_pairs = 32;
-    std::vector<std::size_t> every(row_count);
-    for (std::size_t i = 0; i < cloud_.size(); ++i)
-      every[rowOf(i)] += isMissing(i) ? 0 : 1;
-    for (std::size_t& count : every)
-      count = std::max<std::size_t>(1, count / 2 / enough_pairs);
-    std::vector<std::size_t> seen(row_count);
-    std::vector<PixelPoint> points;
-    for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      const std::uint32_t row = rowOf(i);
-      if (!isMissing(i) && seen[row]++ / 2 % every[row] == 0)
-        points.push_back(at(i));
-    }
-    return points;
-  }
-
-private:
-  bool
-  hasRings() const
-  {
-    return cloud_.image.width == 0;
-  }
-
-  bool
-  isMissing(std::size_t point) const
-  {
-    return isAtSensor(vectorOf(cloud_.positions[point]) - sensor_);
-  }
-
-  const SensorCloud& cloud_;
-  const ScanColumns& columns_;
-  Eigen::Vector3d sensor_;
-  WorldPose to_sensor_;
-};
+/** \brief Nearer rays are those of the sensor: median distance of points, edges. */
+constexpr double near_rays = 0.25;
 
 /** \brief The pose of columns that are turned since their step was found. */
 WorldPose
@@ -144,10 +58,50 @@ SensorRays::areOf(const scan::ScanLayout& layout) const
           layout.width == layout_.width);
 }
 
+void
+SensorRays::findPose(const SensorCloud& cloud, const WorldPose& told)
+{
+  // Blocks, as missing points are side by side.
+  constexpr std::size_t block = 64;
+  constexpr std::size_t enough = 512;
+  const WorldPose to_sensor = poseOf(told).inverse();
+  std::vector<PixelPoint> points;
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    if (isChosen(i / block, cloud.size() / block + 1, enough))
+      points.push_back({cloud.rings[i], 0, to_sensor * vectorOf(cloud.positions[i])});
+  if (const std::optional<WorldPose> found =
+          findSpinningPose(points, repeatedPlace(points))) {
+    // The turn begins far from where angles wrap.
+    const Eigen::Vector3d first = found->inverse() * points.front().position;
+    moved_ = moved_ * *found;
+    moved_.rotate(
+        Eigen::AngleAxisd(std::atan2(first.y(), first.x()), Eigen::Vector3d::UnitZ()));
+  }
+}
+
+bool
+SensorRays::followPose(const SensorCloud& cloud,
+                       const ScanColumns& columns,
+                       const WorldPose& told)
+{
+  const bool are_columns_known =
+      cloud.image.width > 0 || layout_.order == scan::PointOrder::ColumnByColumn;
+  if (!spinning_ || !are_columns_known || moved_.isApprox(WorldPose::Identity()))
+    return false;
+  const std::vector<PixelPoint> points =
+      PixelPoints(cloud, columns, poseOf(told)).ofEachRow(layout_.height);
+  const std::optional<WorldPose> found =
+      findSpinningPose(points, repeatedPlace(points));
+  if (!found)
+    return false;
+  moved_ = moved_ * turnedToColumns(*found, points, *spinning_);
+  return true;
+}
+
 bool
 SensorRays::fit(const SensorCloud& cloud,
                 const ScanColumns& columns,
-                const WorldPose& pose,
+                const WorldPose& told,
                 const VoxelGrid& grid,
                 bool may_change_depths,
                 const scan::ScanLayout& layout)
@@ -159,13 +113,25 @@ SensorRays::fit(const SensorCloud& cloud,
   layout_.height = layout.height;
   layout_.order = layout.order;
   is_new_ = true;
-  const ImageSize size{layout.width, layout.height};
   if (cloud.image.width > 0)
-    fitImage(PixelPoints(cloud, columns, pose).ofEachRow(size.height),
-             pose,
-             grid,
-             may_change_depths,
-             size);
+    moved_ = WorldPose::Identity();
+  const WorldPose pose = poseOf(told);
+  const ImageSize size{layout.width, layout.height};
+  if (cloud.image.width > 0) {
+    PixelPoints pixels(cloud, columns, pose);
+    std::vector<PixelPoint> points = pixels.ofEachRow(size.height);
+    const Eigen::Vector3d place = repeatedPlace(points);
+    const auto missing =
+        std::count_if(points.begin(), points.end(), [&place](const PixelPoint& point) {
+          return point.position == place;
+        });
+    // Fits are of the middle one of the points.
+    if (2 * missing > static_cast<std::ptrdiff_t>(points.size())) {
+      pixels.setMissing(pose * place);
+      points = pixels.ofEachRow(size.height);
+    }
+    fitImage(points, place, pose, grid, may_change_depths, size);
+  }
   else if (layout.order == scan::PointOrder::ColumnByColumn)
     spinning_ =
         fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(size.width),
@@ -181,9 +147,43 @@ SensorRays::fit(const SensorCloud& cloud,
   return planar_ || spinning_;
 }
 
+/** \brief Fits the rays of a camera.
+ * \param[in] sample some points
+ * \param[in] layout size of its image
+ * \return median distance of the points from them, edges; of none infinity
+ */
+double
+SensorRays::fitCamera(const std::vector<PixelPoint>& sample,
+                      const WorldPose& pose,
+                      const VoxelGrid& grid,
+                      bool may_change_depths,
+                      scan::ScanLayout layout)
+{
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto fit : {fitPlanar, fitPlanarAnywhere}) {
+    const std::optional<PlanarFit> found = fit(sample);
+    if (!found || !setPlanarRays(*found, pose, grid, layout))
+      continue;
+    const double distance = distanceFromRays(sample, pose, grid, layout);
+    if (distance < nearest) {
+      planar_ = found;
+      nearest = distance;
+    }
+    if (nearest <= near_rays)
+      break;
+  }
+  if (!planar_)
+    return nearest;
+  if (may_change_depths)
+    planar_depths_ = chooseDepths(sample, pose, grid.resolution, *planar_);
+  planar_->depths = planar_depths_;
+  return nearest;
+}
+
 /** \brief Fits the rays of an image, of whichever kind of sensor it is. */
 void
 SensorRays::fitImage(const std::vector<PixelPoint>& points,
+                     const Eigen::Vector3d& place,
                      const WorldPose& pose,
                      const VoxelGrid& grid,
                      bool may_change_depths,
@@ -199,43 +199,46 @@ SensorRays::fitImage(const std::vector<PixelPoint>& points,
   scan::ScanLayout layout;
   layout.width = size.width;
   layout.height = size.height;
-  constexpr double near = 0.25;
-  double of_planar = far;
-  for (const auto fit : {fitPlanar, fitPlanarAnywhere}) {
-    const std::optional<PlanarFit> found = fit(sample);
-    const double distance = found && setPlanarRays(*found, pose, grid, layout)
+  const double of_planar = fitCamera(sample, pose, grid, may_change_depths, layout);
+  if (of_planar <= near_rays)
+    return;
+  double of_spinning = far;
+  const auto fit_spinning = [&](const WorldPose& moved) {
+    const WorldPose to_sensor = moved.inverse();
+    std::vector<PixelPoint> seen;
+    for (const PixelPoint& point : points)
+      if (const Eigen::Vector3d position = to_sensor * point.position;
+          !isAtSensor(position))
+        seen.push_back({point.row, point.column, position});
+    const std::optional<SpinningFit> found = fitEvenSpinning(seen, size, std::nullopt);
+    const double distance = found && setSpinningRays(*found, pose * moved, grid, layout)
                                 ? distanceFromRays(sample, pose, grid, layout)
                                 : far;
-    if (distance < of_planar) {
-      planar_ = found;
-      of_planar = distance;
+    if (distance < of_spinning) {
+      spinning_ = found;
+      moved_ = moved;
+      of_spinning = distance;
     }
-    if (of_planar <= near)
-      break;
-  }
-  if (planar_ && may_change_depths)
-    planar_depths_ = chooseDepths(sample, pose, grid.resolution, *planar_);
-  if (planar_)
-    planar_->depths = planar_depths_;
-  if (of_planar <= near)
-    return;
-  spinning_ = fitEvenSpinning(points, size, std::nullopt);
-  const double of_spinning =
-      spinning_ && setSpinningRays(*spinning_, pose, grid, layout)
-          ? distanceFromRays(sample, pose, grid, layout)
-          : far;
-  if (of_spinning < of_planar)
+  };
+  fit_spinning(WorldPose::Identity());
+  if (of_spinning > near_rays)
+    if (const std::optional<WorldPose> found = findSpinningPose(points, place))
+      fit_spinning(*found);
+  if (of_spinning < of_planar) {
     planar_.reset();
-  else
-    spinning_.reset();
+    return;
+  }
+  spinning_.reset();
+  moved_ = WorldPose::Identity();
 }
 
 bool
 SensorRays::set(const SensorCloud& cloud,
                 const ScanColumns& columns,
-                const WorldPose& pose,
+                const WorldPose& told,
                 scan::ScanFrame& frame)
 {
+  const WorldPose pose = poseOf(told);
   if (planar_)
     return setPlanarRays(*planar_, pose, frame.grid, frame);
   const bool is_image = cloud.image.width > 0;

@@ -20,6 +20,27 @@ namespace pcl_ext::PCL_EXT_ABI::io {
  * follow. */
 class SensorRays {
 public:
+  /** \brief Sensor -> world, where the sensor is not where it was told to be. */
+  WorldPose
+  poseOf(const WorldPose& told) const
+  {
+    return told * moved_;
+  }
+
+  /** \brief Finds where the spinning sensor of a cloud with rings is.
+   * \param[in] told sensor -> world, metres
+   */
+  void
+  findPose(const SensorCloud& cloud, const WorldPose& told);
+
+  /** \brief Finds where a sensor is now that was not where it was told before.
+   * \return false if it is not found, or if the columns of its cloud would change
+   */
+  bool
+  followPose(const SensorCloud& cloud,
+             const ScanColumns& columns,
+             const WorldPose& told);
+
   /** \brief Finds the rays of a cloud.
    * \param[in] cloud not empty
    * \param[in] columns of its points, if it has rings
@@ -66,8 +87,16 @@ public:
   }
 
 private:
+  double
+  fitCamera(const std::vector<PixelPoint>& sample,
+            const WorldPose& pose,
+            const VoxelGrid& grid,
+            bool may_change_depths,
+            scan::ScanLayout layout);
+
   void
   fitImage(const std::vector<PixelPoint>& points,
+           const Eigen::Vector3d& place,
            const WorldPose& pose,
            const VoxelGrid& grid,
            bool may_change_depths,
@@ -85,7 +114,8 @@ private:
   std::vector<std::uint16_t>
   findShifts(const scan::ScanFrame& frame) const;
 
-  scan::ScanLayout layout_; // of the fit, without rays
+  scan::ScanLayout layout_;                 // of the fit, without rays
+  WorldPose moved_ = WorldPose::Identity(); // sensor -> where it was told to be
   std::optional<PlanarFit> planar_;
   PlanarDepths planar_depths_; // of the last I-frame for which they were chosen
   std::optional<SpinningFit> spinning_;

@@ -90,23 +90,6 @@ fitHeights(const PointsOfRow& points, RowFit& row)
   row.rise = line[1] / length;
 }
 
-/** \brief The same for all rows.
- * \return how many have enough points
- */
-std::size_t
-fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
-{
-  constexpr std::size_t fewest = 8;
-  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, rows.size());
-  std::size_t fitted = 0;
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    if (of_rows[row].size() >= fewest) {
-      fitHeights(of_rows[row], rows[row]);
-      ++fitted;
-    }
-  return fitted;
-}
-
 /** \brief The angle between neighbouring columns, radians. */
 double
 fitTurn(const std::vector<TurnPoint>& samples, std::uint32_t width)
@@ -244,16 +227,6 @@ fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
   return 0.0;
 }
 
-/** \brief Half of the points are nearer to the rays of their rows than this, radians. */
-double
-medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows)
-{
-  std::vector<double> off;
-  for (const TurnPoint& point : samples)
-    off.push_back(heightOff(point, rows) / point.position.norm());
-  return medianSize(off);
-}
-
 /** \brief Fits rows, columns and the motion of the sensor, in rounds until that stays.
  * \param[in] least_move smaller steps are the last ones, metres
  * \param[in,out] fit to begin with
@@ -273,6 +246,29 @@ fitMotion(std::vector<TurnPoint>& samples, double least_move, SpinningFit& fit)
 }
 
 } // namespace
+
+std::size_t
+fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
+{
+  constexpr std::size_t fewest = 8;
+  const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, rows.size());
+  std::size_t fitted = 0;
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    if (of_rows[row].size() >= fewest) {
+      fitHeights(of_rows[row], rows[row]);
+      ++fitted;
+    }
+  return fitted;
+}
+
+double
+medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows)
+{
+  std::vector<double> off;
+  for (const TurnPoint& point : samples)
+    off.push_back(heightOff(point, rows) / point.position.norm());
+  return medianSize(off);
+}
 
 std::optional<SpinningFit>
 fitSpinning(const std::vector<PixelPoint>& points,

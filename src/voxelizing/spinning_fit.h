@@ -9,6 +9,7 @@
 #include "voxelizing/ray_fit.h"
 #include "voxelizing/turn_motion.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -58,6 +59,19 @@ void
 followMotion(const std::vector<PixelPoint>& points,
              std::uint32_t column_count,
              SpinningFit& fit);
+
+/** \brief Fits the heights of the rays of rows, as lines over the distance from the axis.
+ * \param[in,out] rows those with few points are left as they are
+ * \return how many have enough points
+ */
+std::size_t
+fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows);
+
+/** \brief Half of the points are nearer to the rays of their rows than this, radians.
+ * \param[in] samples not empty, none at the sensor
+ */
+double
+medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows);
 
 /** \brief Whether a column is one of those that fits are made with. */
 bool

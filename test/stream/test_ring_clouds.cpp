@@ -12,6 +12,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -164,6 +166,36 @@ TEST_P(RingClouds, TakeFewerBytes)
     EXPECT_LT(2 * bytes, bytes_as_voxels_);
     EXPECT_TRUE(encoder_.statistics().coding.has_points);
     EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 0);
+  }
+}
+
+TEST_P(RingClouds, AnywhereTakeHardlyMoreBytes)
+{
+  for (const double speed : {0.0, 0.05}) { // metres a frame
+    WorldPose pose = WorldPose::Identity();
+    pose.translate(Eigen::Vector3d(1.2, -0.3, 1.8));
+    pose.rotate(Eigen::AngleAxisd(0.8, Eigen::Vector3d(0.6, -0.48, 0.64)));
+    CloudEncoder other(settings(), IntensityUnit::None);
+    FrameDecoder decoder;
+    std::size_t bytes[2] = {};
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      RingCloud cloud = ringCloud(i);
+      VoxelFrame back;
+      bytes[0] += encode(other, decoder, viewOf(cloud), back);
+      pose.translate(Eigen::Vector3d(speed, 0.0, -0.5 * speed));
+      pose.rotate(Eigen::AngleAxisd(0.2 * speed, Eigen::Vector3d(0.0, 0.6, 0.8)));
+      for (std::array<float, 3>& point : cloud.points) {
+        const Eigen::Vector3d moved =
+            pose * Eigen::Vector3d(point[0], point[1], point[2]);
+        point = {static_cast<float>(moved.x()),
+                 static_cast<float>(moved.y()),
+                 static_cast<float>(moved.z())};
+      }
+      bytes[1] += expectCloud(cloud);
+      EXPECT_EQ(encoder_.statistics().coding.is_i_frame, i == 0);
+    }
+    EXPECT_LT(static_cast<double>(bytes[1]), 1.1 * static_cast<double>(bytes[0]));
+    encoder_.requestIFrame();
   }
 }
 

@@ -1,0 +1,117 @@
+// Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <pcl_ext/rigid_pose.h>
+
+#include "voxelizing/ray_fit.h"
+#include "voxelizing/scan_columns.h"
+#include "voxelizing/sensor_cloud.h"
+#include "voxelizing/spinning_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ext::PCL_EXT_ABI::io {
+
+inline Eigen::Vector3d
+vectorOf(const std::array<double, 3>& position)
+{
+  return {position[0], position[1], position[2]};
+}
+
+/** \brief The points of a cloud as points of pixels. */
+class PixelPoints {
+public:
+  PixelPoints(const SensorCloud& cloud,
+              const ScanColumns& columns,
+              const WorldPose& pose)
+  : cloud_(cloud)
+  , columns_(columns)
+  , missing_(pose.translation())
+  , to_sensor_(pose.inverse())
+  {}
+
+  /** \brief Where missing points are, if not at the sensor; in world coordinates. */
+  void
+  setMissing(const Eigen::Vector3d& place)
+  {
+    missing_ = place;
+  }
+
+  std::uint32_t
+  rowOf(std::size_t point) const
+  {
+    return hasRings() ? cloud_.rings[point] : cloud_.pixels[point] / cloud_.image.width;
+  }
+
+  std::uint32_t
+  columnOf(std::size_t point) const
+  {
+    return hasRings() ? columns_.columns()[point]
+                      : cloud_.pixels[point] % cloud_.image.width;
+  }
+
+  /** \brief In the coordinates of the sensor. */
+  PixelPoint
+  at(std::size_t point) const
+  {
+    return {
+        rowOf(point), columnOf(point), to_sensor_ * vectorOf(cloud_.positions[point])};
+  }
+
+  /** \brief The points of the columns that firings are fitted with, but for the missing
+   * ones. */
+  std::vector<PixelPoint>
+  ofSampledColumns(std::uint32_t column_count) const
+  {
+    std::vector<PixelPoint> points;
+    for (std::size_t i = 0; i < cloud_.size(); ++i)
+      if (isSampled(columnOf(i), column_count) && !isMissing(i))
+        points.push_back(at(i));
+    return points;
+  }
+
+  /** \brief Some points of each row, by pairs of neighbours, but for the missing
+   * ones. */
+  std::vector<PixelPoint>
+  ofEachRow(std::uint32_t row_count) const
+  {
+    constexpr std::size_t enough_pairs = 32;
+    std::vector<std::size_t> every(row_count);
+    for (std::size_t i = 0; i < cloud_.size(); ++i)
+      every[rowOf(i)] += isMissing(i) ? 0 : 1;
+    for (std::size_t& count : every)
+      count = std::max<std::size_t>(1, count / 2 / enough_pairs);
+    std::vector<std::size_t> seen(row_count);
+    std::vector<PixelPoint> points;
+    for (std::size_t i = 0; i < cloud_.size(); ++i) {
+      const std::uint32_t row = rowOf(i);
+      if (!isMissing(i) && seen[row]++ / 2 % every[row] == 0)
+        points.push_back(at(i));
+    }
+    return points;
+  }
+
+private:
+  bool
+  hasRings() const
+  {
+    return cloud_.image.width == 0;
+  }
+
+  bool
+  isMissing(std::size_t point) const
+  {
+    return isAtSensor(vectorOf(cloud_.positions[point]) - missing_);
+  }
+
+  const SensorCloud& cloud_;
+  const ScanColumns& columns_;
+  Eigen::Vector3d missing_;
+  WorldPose to_sensor_;
+};
+
+} // namespace pcl_ext::PCL_EXT_ABI::io
