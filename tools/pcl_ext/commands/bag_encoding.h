@@ -15,6 +15,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -84,6 +85,9 @@ private:
   addStreams();
 
   template <typename StepT>
+  std::string
+  topicOfFrames(const std::string& name);
+
   void
   tryOn(std::size_t number, const StepT& step);
 
@@ -133,7 +137,8 @@ private:
   std::optional<FrameOutput> output_;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::vector<std::optional<std::size_t>> other_channels_; // of the input's channels
-  std::deque<InFlight> in_flight_;                         // not written yet
+  std::set<std::string> stream_topics_; // of frames that were written to a bag
+  std::deque<InFlight> in_flight_;      // not written yet
   std::size_t clouds_in_flight_ = 0;
   std::size_t bytes_in_flight_ = 0;           // of messages
   std::shared_ptr<PlaceReader> other_reader_; // if they are left unread
