@@ -248,6 +248,20 @@ TEST_F(ProgramBags, FramesDoNotGetTheTopicOfOtherMessages)
   EXPECT_EQ(decode(folder / "y.mcap")[0].frames.size(), 2u);
 }
 
+TEST_F(ProgramBags, MessagesThatAFileOfFramesCannotHaveAreToldOf)
+{
+  writeBag(folder / "bag.mcap", 3);
+  expectRun("encode bag.mcap -o one.mcap --topics /rear/points");
+  for (const std::string command : {"cut", "merge"})
+    for (const std::string& output : {std::string("-"), command + ".pcxi"})
+      EXPECT_EQ(runShell("\"$P\" " + command + " one.mcap -o " + output +
+                         " 2>&1 > x | "
+                         "grep -c 'left out: 6 messages of other topics'")
+                    .output,
+                "1\n")
+          << command << output;
+}
+
 TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
 {
   const auto clouds = roomClouds(3);

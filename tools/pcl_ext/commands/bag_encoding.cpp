@@ -413,9 +413,7 @@ BagEncoding::finish()
     console_.remark(remark);
   sumUp();
   if (left_out_ > 0 && options_.input.topics.empty())
-    console_.remark("left out: " + counted(left_out_, "message") +
-                    " of other topics, as a file of frames has one stream; x.mcap has "
-                    "them");
+    console_.remark(describeLeftOut(left_out_));
   const std::vector<std::string> damage = input_->damage();
   for (const std::string& place : damage)
     console_.error(place);

@@ -107,7 +107,7 @@ addEncode(CLI::App& app)
            "MCAP, rosbag2 (also .db3), ROS 1; -: a pipe; a stream per folder");
   addOutput(app,
             options->output,
-            "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");
+            "x.pcxi or - (one stream), x.mcap, rosbag2 folder, folder of bags");
   addNumber(app,
             "--rate",
             options->input.rate,
