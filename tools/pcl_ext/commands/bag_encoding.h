@@ -29,8 +29,9 @@ struct EncodeOptions {
   Output output;
   bool is_quiet = false;
   bool is_json = false;
-  bool reports_progress = false; // for programs
-  unsigned int jobs = 1;         ///< threads that encode
+  bool reports_progress = false;     // for programs
+  unsigned int jobs = 1;             ///< threads that encode
+  std::vector<std::string> left_out; ///< paths in folders of bags
 };
 
 /** \brief Encodes all clouds of an input into one output: files, or a bag with its other
@@ -84,10 +85,10 @@ private:
   void
   addStreams();
 
-  template <typename StepT>
   std::string
   topicOfFrames(const std::string& name);
 
+  template <typename StepT>
   void
   tryOn(std::size_t number, const StepT& step);
 
