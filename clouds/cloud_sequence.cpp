@@ -338,6 +338,12 @@ describeIgnored(const std::string& folder)
     if (name.front() != '.' && !isCloudFile(entry))
       (entry.is_directory() ? folders : files).push_back(name);
   }
+  return describeLeftOut(folders, files);
+}
+
+std::string
+describeLeftOut(std::vector<std::string> folders, std::vector<std::string> files)
+{
   const auto describeNames = [](std::vector<std::string> names, const char* what) {
     if (names.empty())
       return std::string();
@@ -345,8 +351,8 @@ describeIgnored(const std::string& folder)
     return std::to_string(names.size()) + " " + what + (names.size() > 1 ? "s" : "") +
            " (" + names.front() + (names.size() > 1 ? ", ...)" : ")");
   };
-  const std::string of_folders = describeNames(folders, "folder");
-  const std::string of_files = describeNames(files, "other file");
+  const std::string of_folders = describeNames(std::move(folders), "folder");
+  const std::string of_files = describeNames(std::move(files), "other file");
   return of_folders + (of_folders.empty() || of_files.empty() ? "" : " and ") +
          of_files;
 }

@@ -124,6 +124,11 @@ openSequences(const std::vector<std::string>& inputs, std::size_t max_frames);
 bool
 hasBinFile(const std::string& path);
 
+/** \brief Names of what is left out of a folder, as "1 folder (a) and 2 other files
+ * (b, ...)"; empty if there is nothing. */
+std::string
+describeLeftOut(std::vector<std::string> folders, std::vector<std::string> files);
+
 /** \brief What openSequences() leaves out of a folder: other files, and folders. Hidden
  * ones are not meant. Empty if there is nothing. */
 std::string

@@ -196,7 +196,8 @@ bool
 hasNameOfBagFile(const std::string& path)
 {
   const std::string extension = extensionOf(withoutCompression(path));
-  return extension == ".mcap" || extension == ".db3";
+  return (extension == ".mcap" || extension == ".db3") &&
+         fs::path(path).filename().string().rfind("._", 0) != 0;
 }
 
 std::string

@@ -13,7 +13,7 @@
 namespace pcl_ext::PCL_EXT_ABI::recording {
 
 /** \brief True if a file has the name of one of a bag: .mcap or .db3, with .zstd after
- * it where rosbag2 compressed it. */
+ * it where rosbag2 compressed it. Those that begin with ._ are macOS's. */
 PCL_EXT_RECORDING_EXPORT bool
 hasNameOfBagFile(const std::string& path);
 

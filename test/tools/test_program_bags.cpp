@@ -212,6 +212,56 @@ TEST_F(ProgramBags, ChosenTopicsAreEncodedAndOthersStayAsTheyAre)
   expectRun("encode --topics /rear/points bag.mcap -o x.pcxi");
   expectSameFrames(decode(folder / "one.mcap")[0], 0, decode(folder / "x.pcxi")[0]);
 }
+
+TEST_F(ProgramBags, FramesDoNotGetTheTopicOfOtherMessages)
+{
+  const McapChannel topics[] = {
+      recording::pointCloudChannel("/points"),
+      recording::compressedPointCloudChannel("/points/pcl_ext")};
+  recording::McapWriter writer;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  McapMessage message = cloudMessage(roomClouds(1)[0], 0);
+  for (const McapChannel& topic : topics) {
+    ASSERT_TRUE(
+        writer.addChannel(topic, recording::McapChunking::Shared, message.channel)
+            .ok());
+    for (std::size_t i = 0; i < 2; ++i)
+      ASSERT_TRUE(writer.write(message).ok());
+    ASSERT_TRUE(writer.flush().ok());
+    message.bytes = {1, 2, 3};
+  }
+  ASSERT_TRUE(writer.finish().ok());
+  const ProgramRun encoded = run("encode bag.mcap -o x.mcap");
+  EXPECT_EQ(encoded.status, 0);
+  EXPECT_TRUE(hasPart(encoded.errors,
+                      "/points: its frames are under /points/encoded/pcl_ext, as "
+                      "/points/pcl_ext is another topic of the bag"));
+  const Bag after = readBag(folder / "x.mcap");
+  expectSameMessages(readBag(folder / "bag.mcap").messages.at("/points/pcl_ext"),
+                     after.messages.at("/points/pcl_ext"));
+  EXPECT_EQ(after.messages.at("/points/encoded/pcl_ext").size(), 2u);
+  // From a pipe the name is given before the other topic is met.
+  const ProgramRun piped = runShell("cat bag.mcap | \"$P\" encode - -o y.mcap");
+  EXPECT_EQ(piped.status, 1);
+  EXPECT_TRUE(hasPart(piped.errors, "/points/pcl_ext: its messages are left out"));
+  EXPECT_EQ(readBag(folder / "y.mcap").messages.at("/points/pcl_ext").size(), 2u);
+  EXPECT_EQ(decode(folder / "y.mcap")[0].frames.size(), 2u);
+}
+
+TEST_F(ProgramBags, MessagesThatAFileOfFramesCannotHaveAreToldOf)
+{
+  writeBag(folder / "bag.mcap", 3);
+  expectRun("encode bag.mcap -o one.mcap --topics /rear/points");
+  for (const std::string command : {"cut", "merge"})
+    for (const std::string& output : {std::string("-"), command + ".pcxi"})
+      EXPECT_EQ(runShell("\"$P\" " + command + " one.mcap -o " + output +
+                         " 2>&1 > x | "
+                         "grep -c 'left out: 6 messages of other topics'")
+                    .output,
+                "1\n")
+          << command << output;
+}
+
 TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
 {
   const auto clouds = roomClouds(3);

@@ -211,6 +211,33 @@ TEST_F(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)
   EXPECT_TRUE(hasPart(locked.errors, "another run encodes bags into 'made'"));
 }
 
+TEST_F(ProgramManyBags, WhatIsNoBagInAFolderIsLeftOutAndNamed)
+{
+  writeBags(folder, 2);
+  writeBytes(folder / "bags/._a.mcap", {0, 5, 22, 7});
+  writeBytes(folder / "bags/a.db3-wal", {1});
+  for (const char* name : {"c", "c.mcap.bak", "day/a.mcap", "day/b.mcap"}) {
+    const fs::path path = folder / (std::string("bags/") + name);
+    fs::create_directories(path.parent_path());
+    fs::copy(folder / "bags/a.mcap", path);
+  }
+  ASSERT_EQ(runShell("mkfifo bags/d.mcap").status, 0);
+  const std::string remark = "'bags': left out: 1 folder (day) and 4 other files "
+                             "(a.db3-wal, ...); folders in it are not searched";
+  const ProgramRun result = run("encode bags -r 0.05 --json -o made");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_TRUE(hasPart(result.errors, remark)) << result.errors;
+  const nlohmann::json summary = nlohmann::json::parse(result.output);
+  EXPECT_EQ(summary["bags"].size(), 2u);
+  EXPECT_EQ(
+      summary["left_out"],
+      (std::vector<std::string>{
+          "bags/day", "bags/a.db3-wal", "bags/c", "bags/c.mcap.bak", "bags/d.mcap"}));
+  // Also where one bag is left.
+  fs::remove(folder / "bags/b.mcap");
+  EXPECT_TRUE(hasPart(run("encode bags -r 0.05 -o a.mcap").errors, remark));
+}
+
 } // namespace test
 } // namespace tools
 } // namespace pcl_ext

@@ -146,11 +146,43 @@ BagEncoding::addStreams()
   }
   while (other_channels_.size() < channels.size()) {
     const recording::McapChannel& channel = channels[other_channels_.size()];
-    other_channels_.push_back(passesThrough(channel) && output_->isBag()
+    const bool passes = passesThrough(channel) && output_->isBag();
+    const bool is_taken = passes && stream_topics_.count(channel.topic) != 0;
+    if (is_taken) {
+      console_.error(channel.topic +
+                     ": its messages are left out, as frames were written under that "
+                     "name before it was met: encode a file instead of a pipe");
+      is_incomplete_ = true;
+    }
+    other_channels_.push_back(passes && !is_taken
                                   ? std::optional(output_->addChannel(
                                         channel, recording::McapChunking::Shared))
                                   : std::nullopt);
   }
+}
+
+/** \brief The topic that frames of a stream of a bag get: none that another one has, as
+ * of a publisher that compressed the same clouds while they were recorded. */
+std::string
+BagEncoding::topicOfFrames(const std::string& name)
+{
+  const auto isTaken = [this](const std::string& topic) {
+    const auto& channels = input_->channels();
+    return stream_topics_.count(topic) != 0 ||
+           (output_->isBag() &&
+            std::any_of(channels.begin(), channels.end(), [&](const auto& channel) {
+              return channel.topic == topic && passesThrough(channel);
+            }));
+  };
+  std::string topic = name;
+  while (isTaken(topic + compressed_suffix))
+    topic += "/encoded";
+  if (topic != name)
+    console_.remark(name + ": its frames are under " + topic + compressed_suffix +
+                    ", as " + name + compressed_suffix +
+                    " is another topic of the bag");
+  stream_topics_.insert(topic + compressed_suffix);
+  return topic + compressed_suffix;
 }
 
 /** \brief Does a step on a stream. If the command line is not one for it, the other
@@ -326,9 +358,7 @@ BagEncoding::addStream(std::size_t number)
 {
   const std::string& name = input_->streams()[number];
   recording::StreamToRecord added;
-  added.name = name;
-  if (input_->isBag())
-    added.name += compressed_suffix;
+  added.name = input_->isBag() ? topicOfFrames(name) : name;
   added.frame_id = in_flight_.front().cloud->frame.cloud.frame_id;
   const EncodedStream& encoded = streams_[number]->encoded;
   added.metadata =
@@ -383,9 +413,7 @@ BagEncoding::finish()
     console_.remark(remark);
   sumUp();
   if (left_out_ > 0 && options_.input.topics.empty())
-    console_.remark("left out: " + counted(left_out_, "message") +
-                    " of other topics, as a file of frames has one stream; x.mcap has "
-                    "them");
+    console_.remark(describeLeftOut(left_out_));
   const std::vector<std::string> damage = input_->damage();
   for (const std::string& place : damage)
     console_.error(place);

@@ -15,6 +15,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,8 +29,9 @@ struct EncodeOptions {
   Output output;
   bool is_quiet = false;
   bool is_json = false;
-  bool reports_progress = false; // for programs
-  unsigned int jobs = 1;         ///< threads that encode
+  bool reports_progress = false;     // for programs
+  unsigned int jobs = 1;             ///< threads that encode
+  std::vector<std::string> left_out; ///< paths in folders of bags
 };
 
 /** \brief Encodes all clouds of an input into one output: files, or a bag with its other
@@ -83,6 +85,9 @@ private:
   void
   addStreams();
 
+  std::string
+  topicOfFrames(const std::string& name);
+
   template <typename StepT>
   void
   tryOn(std::size_t number, const StepT& step);
@@ -133,7 +138,8 @@ private:
   std::optional<FrameOutput> output_;
   std::vector<std::unique_ptr<Stream>> streams_;
   std::vector<std::optional<std::size_t>> other_channels_; // of the input's channels
-  std::deque<InFlight> in_flight_;                         // not written yet
+  std::set<std::string> stream_topics_; // of frames that were written to a bag
+  std::deque<InFlight> in_flight_;      // not written yet
   std::size_t clouds_in_flight_ = 0;
   std::size_t bytes_in_flight_ = 0;           // of messages
   std::shared_ptr<PlaceReader> other_reader_; // if they are left unread

@@ -59,7 +59,7 @@ addCut(CLI::App& app)
 {
   const auto options = std::make_shared<CutOptions>();
   addInput(app, options->input, "recording; - is standard input");
-  addOutput(app, options->output, "x.pcxi (one stream), x.mcap, a folder, or -");
+  addOutput(app, options->output, "x.pcxi or - (one stream), x.mcap, or a folder");
   addSelection(app, options->selection);
   addQuiet(app, options->is_quiet);
   return [options] { return cut(*options); };

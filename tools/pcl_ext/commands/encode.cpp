@@ -1,9 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "clouds/cloud_sequence.h"
 #include "clouds/file_text.h"
 #include "commands/bag_encoding.h"
 #include "commands/commands.h"
 #include "commands/encode_bags.h"
 #include "console/exit_status.h"
+#include "console/printable_text.h"
 #include "inputs/bag_list.h"
 #include "options/bin_options.h"
 #include "options/options.h"
@@ -43,7 +45,8 @@ encodeOne(const EncodeOptions& options)
                                   options.output.path,
                                   statusName(status),
                                   encoding.summary(),
-                                  console.errors())}}});
+                                  console.errors())}},
+                         {"left_out", options.left_out}});
   return status;
 }
 
@@ -63,6 +66,23 @@ optionsText(const CLI::App& app)
       text += (text.empty() ? "" : " ") + name + (value == "true" ? "" : "=" + value);
   }
   return text;
+}
+
+/** \brief Tells what of folders of bags is not encoded. */
+void
+leaveOutOthers(EncodeOptions& options)
+{
+  Console console("encode", options.is_quiet);
+  for (const FolderOfBags& folder : foldersWithOthers(options.input.inputs)) {
+    console.remark(
+        "'" + folder.path + "': left out: " +
+        clouds::describeLeftOut(folder.other_folders, folder.other_files) +
+        "; folders in it are not searched, and bags are named .mcap, .db3 or .bag");
+    for (const auto* const names : {&folder.other_folders, &folder.other_files})
+      for (const std::string& name : *names)
+        options.left_out.push_back(
+            printable((std::filesystem::path(folder.path) / name).string()));
+  }
 }
 
 int
@@ -91,6 +111,7 @@ encode(EncodeOptions& options, const CLI::App& app)
       severalBags(options.input.inputs,
                   has_manifest,
                   kindOfOutput(options.output.path) != OutputKind::Folder);
+  leaveOutOthers(options);
   return bags.empty() ? encodeOne(options)
                       : encodeBags(options, bags, optionsText(app));
 }
@@ -107,7 +128,7 @@ addEncode(CLI::App& app)
            "MCAP, rosbag2 (also .db3), ROS 1; -: a pipe; a stream per folder");
   addOutput(app,
             options->output,
-            "x.pcxi (one stream), x.mcap, rosbag2 folder, folder of bags, -");
+            "x.pcxi or - (one stream), x.mcap, rosbag2 folder, folder of bags");
   addNumber(app,
             "--rate",
             options->input.rate,

@@ -246,6 +246,7 @@ private:
       bag.line["skipped"] = bag.is_skipped;
       json["bags"].push_back(bag.line);
     }
+    json["left_out"] = options_.left_out;
     if (options_.is_json)
       std::cout << asText(json);
     else

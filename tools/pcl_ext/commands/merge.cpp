@@ -365,7 +365,7 @@ addMerge(CLI::App& app)
 {
   const auto options = std::make_shared<MergeOptions>();
   addInput(app, options->inputs, "recordings");
-  addOutput(app, options->output, "x.mcap, a folder, or x.pcxi for one stream");
+  addOutput(app, options->output, "x.mcap, a folder, or for one stream x.pcxi or -");
   addNames(app,
            "--prefix",
            options->prefixes,

@@ -29,9 +29,12 @@ bool
 hasNameOfBag(const fs::path& path)
 {
   const std::string extension = clouds::lowerCase(path.extension().string());
-  return extension == ".bag" || recording::hasNameOfBagFile(path.string()) ||
-         (extension == ".active" &&
-          clouds::lowerCase(path.stem().extension().string()) == ".bag");
+  const bool is_of_ros1 =
+      extension == ".bag" ||
+      (extension == ".active" &&
+       clouds::lowerCase(path.stem().extension().string()) == ".bag");
+  return recording::hasNameOfBagFile(path.string()) ||
+         (is_of_ros1 && path.filename().string().rfind("._", 0) != 0);
 }
 
 /** \brief True if a path is a bag, or a file that has the name of one. */
@@ -55,11 +58,22 @@ bagsIn(const fs::path& folder)
     const fs::path& path = entry.path();
     if (entry.is_regular_file() && clouds::hasNameOfCloud(path.string()))
       return {};
-    if (entry.is_directory() ? isBagOrNamedSo(path) : hasNameOfBag(path))
+    // Opening a pipe or a device may block for ever.
+    if (entry.is_directory() ? isBagOrNamedSo(path)
+                             : hasNameOfBag(path) && !entry.is_other())
       bags.push_back(path.string());
   }
   std::sort(bags.begin(), bags.end(), clouds::comesBefore);
   return bags;
+}
+
+/** \brief True for a bag, and for what SQLite leaves beside one. */
+bool
+isOfBag(const std::string& path, const std::vector<std::string>& bags)
+{
+  return std::any_of(bags.begin(), bags.end(), [&path](const std::string& bag) {
+    return path == bag || path == bag + "-wal" || path == bag + "-shm";
+  });
 }
 
 /** \brief True for a folder that has the parts of a bag, no other bags and no clouds. */
@@ -167,6 +181,31 @@ severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_
     throw UsageError("'" + bags[0] + "' is a bag and '" + other +
                      "' is not: encode them one after the other");
   return bags;
+}
+
+std::vector<FolderOfBags>
+foldersWithOthers(const std::vector<std::string>& inputs)
+{
+  std::vector<FolderOfBags> folders;
+  for (const std::string& input : inputs)
+    for (const std::string& path : pathsOf(input)) {
+      if (!fs::is_directory(path) || isBagOrNamedSo(path))
+        continue;
+      FolderOfBags folder{path, {}, {}};
+      const std::vector<std::string> bags = bagsIn(path);
+      for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+        const std::string name = entry.path().filename().string();
+        if (name.front() != '.' && !isOfBag(entry.path().string(), bags))
+          (entry.is_directory() ? folder.other_folders : folder.other_files)
+              .push_back(name);
+      }
+      for (auto* const names : {&folder.other_folders, &folder.other_files})
+        std::sort(names->begin(), names->end(), clouds::comesBefore);
+      if (!bags.empty() &&
+          !(folder.other_folders.empty() && folder.other_files.empty()))
+        folders.push_back(std::move(folder));
+    }
+  return folders;
 }
 
 } // namespace tools

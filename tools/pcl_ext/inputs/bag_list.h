@@ -30,6 +30,18 @@ onlyBagIn(const std::string& path);
 std::vector<std::string>
 severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_file);
 
+/** \brief A folder of bags, with the names of what in it is no bag. */
+struct FolderOfBags {
+  std::string path;
+  std::vector<std::string> other_folders;
+  std::vector<std::string> other_files; ///< but for hidden ones
+};
+
+/** \brief The folders of bags among inputs that have something else, too: it is left
+ * out. */
+std::vector<FolderOfBags>
+foldersWithOthers(const std::vector<std::string>& inputs);
+
 /** \brief The paths that a pattern stands for, in their order; the path itself if it is
  * none.
  * \throws std::runtime_error if there are none

@@ -222,8 +222,9 @@ addNames(CLI::App& app,
 inline CLI::Option*
 addOverwrite(CLI::App& app, bool& may_replace)
 {
-  return app.add_flag(
-      "--overwrite", may_replace, "replace OUT, if it is a file, or the clouds in it");
+  return app.add_flag("--overwrite",
+                      may_replace,
+                      "replace OUT, if it is a file, or files of the same names in it");
 }
 
 /** \brief Adds the input of a command, and the output, which are required. */

@@ -325,15 +325,35 @@ CloudFolder::keepUnfinished()
   return std::exchange(unfinished_, fs::path());
 }
 
-/** \brief Clouds of an earlier run in the folders of the streams. Files of other names
- * are the user's. */
+/** \brief Clouds in the folders of the streams that have names as an earlier run gives
+ * them. They may be the user's. */
 std::vector<fs::path>
 CloudFolder::earlierClouds() const
 {
   std::vector<fs::path> clouds;
   for (const std::string& folder : folders_)
     addCloudsIn(folder.empty() ? path_ : path_ / folder, clouds);
+  std::sort(clouds.begin(), clouds.end());
   return clouds;
+}
+
+/** \brief Refuses to leave clouds of an earlier run among the new ones. They are not
+ * removed, as nothing tells them from the user's. */
+void
+CloudFolder::checkForOtherClouds(const std::vector<fs::path>& earlier)
+{
+  const auto isOther = [this](const fs::path& cloud) {
+    return !fs::exists(unfinished_ / cloud.lexically_relative(path_));
+  };
+  const auto first = std::find_if(earlier.begin(), earlier.end(), isOther);
+  if (first == earlier.end())
+    return;
+  const auto others = std::count_if(first, earlier.end(), isOther);
+  throw std::runtime_error(
+      "the clouds in '" + path_.string() + "' stay as they were: " +
+      counted(static_cast<std::size_t>(others), "cloud") + ", such as '" +
+      first->string() + "', would be mixed with the new ones, which are in '" +
+      keepUnfinished().string() + "'; remove what is old, or name another folder");
 }
 
 std::string
@@ -344,6 +364,7 @@ CloudFolder::finish()
     return "; interrupted: the clouds in '" + path_.string() +
            "' are still the earlier ones; what was written until then is in '" +
            keepUnfinished().string() + "'";
+  checkForOtherClouds(earlier);
   const fs::path unfinished = keepUnfinished(); // if a step fails
   if (!fs::exists(fs::symlink_status(path_))) {
     std::error_code error;
@@ -358,7 +379,7 @@ CloudFolder::finish()
                              "' is not empty any more; the clouds are in '" +
                              unfinished.string() + "'");
   try {
-    moveClouds(unfinished, earlier);
+    moveClouds(unfinished);
   }
   catch (const fs::filesystem_error& failure) {
     throw std::runtime_error("not all clouds are in their folder; the others are in '" +
@@ -369,27 +390,17 @@ CloudFolder::finish()
   return describeInterruption(path_.string(), false);
 }
 
-/** \brief Moves the new clouds to their folders; then removes those of the earlier
- * clouds that no new one has replaced. */
+/** \brief Moves the new clouds to their folders. */
 void
-CloudFolder::moveClouds(const fs::path& from,
-                        const std::vector<fs::path>& earlier) const
+CloudFolder::moveClouds(const fs::path& from) const
 {
-  std::set<fs::path> moved;
   for (const std::string& folder : folders_) {
     const fs::path target = folder.empty() ? path_ : path_ / folder;
     fs::create_directories(target);
-    for (const fs::directory_entry& entry : fs::directory_iterator(from / folder)) {
-      if (entry.is_directory())
-        continue;
-      const fs::path cloud = target / entry.path().filename();
-      fs::rename(entry.path(), cloud);
-      moved.insert(cloud);
-    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(from / folder))
+      if (!entry.is_directory())
+        fs::rename(entry.path(), target / entry.path().filename());
   }
-  for (const fs::path& cloud : earlier)
-    if (moved.count(cloud) == 0)
-      fs::remove(cloud);
 }
 
 } // namespace tools

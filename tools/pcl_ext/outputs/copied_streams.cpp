@@ -128,6 +128,7 @@ CopiedStreams::copy(std::size_t input, const RecordingInput::Item& item)
     copyFrame(input, item);
     return;
   }
+  left_out_ += output_.isBag() ? 0 : 1;
   if (!output_.isBag() || !inputs_[input].recording->read(item, message_).ok())
     return; // What cannot be read is part of the damage.
   message_.channel = inputs_[input].channels[message_.channel].value();
@@ -232,6 +233,8 @@ CopiedStreams::finish()
     console_.remark("the recordings have " +
                     counted(common_messages_, "other message") +
                     " in common, copied once");
+  if (left_out_ > 0)
+    console_.remark(describeLeftOut(left_out_));
   const std::string interruption = output_.finish();
   std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
                      counted(streams_.size(), "stream");

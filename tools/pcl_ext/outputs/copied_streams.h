@@ -107,6 +107,7 @@ private:
   std::vector<SeenMessage> seen_;  // of one time
   std::size_t other_messages_ = 0;
   std::size_t common_messages_ = 0; // that were copied once
+  std::size_t left_out_ = 0;        // other messages that the output cannot have
   std::size_t lost_ = 0;
 };
 

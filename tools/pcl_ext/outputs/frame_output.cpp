@@ -6,6 +6,7 @@
 
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
+#include "options/text_values.h"
 
 #include <filesystem>
 #include <stdexcept>
@@ -30,6 +31,13 @@ unfinishedPath(const std::string& path)
 }
 
 } // namespace
+
+std::string
+describeLeftOut(std::size_t messages)
+{
+  return "left out: " + counted(messages, "message") +
+         " of other topics, as a file of frames has one stream; x.mcap has them";
+}
 
 std::string
 describeUnfinished(const std::string& path)

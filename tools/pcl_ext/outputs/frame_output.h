@@ -100,6 +100,10 @@ private:
   recording::McapWriter bag_;
 };
 
+/** \brief A sentence on messages of other topics that a file of frames cannot have. */
+std::string
+describeLeftOut(std::size_t messages);
+
 /** \brief What is left of an output that failed, after the reason; empty if nothing. */
 std::string
 describeUnfinished(const std::string& path);
