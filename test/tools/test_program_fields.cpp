@@ -173,9 +173,9 @@ TEST_F(ProgramFields, HaveNamesOfOneWordInFiles)
     EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__") << format;
     EXPECT_EQ(furtherBytes(received), furtherBytes(sent)) << format;
   }
-  expectRun("decode x.mcap -o ply --ply");
+  expectRun("decode x.mcap -o out --overwrite --ply");
   pcl::PCLPointCloud2 received;
-  ASSERT_EQ(pcl::io::loadPLYFile(folder / "ply/000000.ply", received), 0);
+  ASSERT_EQ(pcl::io::loadPLYFile(folder / "out/000000.ply", received), 0);
   EXPECT_EQ(fieldsOf(received), "x y z the_ring_ the_ring__");
   EXPECT_EQ(furtherBytes(received), furtherBytes(sent));
   // What fills gaps is no name.

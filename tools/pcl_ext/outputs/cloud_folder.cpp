@@ -8,6 +8,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
+#include "outputs/cloud_mark.h"
 #include "outputs/frame_output.h"
 #include "outputs/output_path.h"
 
@@ -105,16 +106,15 @@ bytesOfFile(const pcl::PCLPointCloud2& cloud,
 {
   pcl::PCLPointCloud2 changed = cloud;
   changed.fields = fieldsOfFile(cloud.fields, format);
-  switch (format) {
-  case CloudFormat::PcdCompressed:
-    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Compressed);
-  case CloudFormat::PcdAscii:
-    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Ascii);
-  case CloudFormat::Ply:
-    return clouds::writePly(changed);
-  default:
-    return clouds::writePcd(changed, viewpoint, clouds::PcdStorage::Binary);
-  }
+  const auto storage = format == CloudFormat::PcdCompressed
+                           ? clouds::PcdStorage::Compressed
+                       : format == CloudFormat::PcdAscii ? clouds::PcdStorage::Ascii
+                                                         : clouds::PcdStorage::Binary;
+  std::vector<std::uint8_t> bytes = format == CloudFormat::Ply
+                                        ? clouds::writePly(changed)
+                                        : clouds::writePcd(changed, viewpoint, storage);
+  markAsOurs(bytes);
+  return bytes;
 }
 
 /** \brief Writes a new file; of one that fails nothing is left. */
@@ -337,22 +337,31 @@ CloudFolder::earlierClouds() const
   return clouds;
 }
 
-/** \brief Refuses to leave clouds of an earlier run among the new ones. They are not
- * removed, as nothing tells them from the user's. */
-void
-CloudFolder::checkForOtherClouds(const std::vector<fs::path>& earlier)
+/** \brief The earlier clouds that no new one replaces. */
+std::vector<fs::path>
+CloudFolder::leftOver(const std::vector<fs::path>& earlier) const
 {
-  const auto isOther = [this](const fs::path& cloud) {
-    return !fs::exists(unfinished_ / cloud.lexically_relative(path_));
-  };
-  const auto first = std::find_if(earlier.begin(), earlier.end(), isOther);
-  if (first == earlier.end())
+  std::vector<fs::path> clouds;
+  for (const fs::path& cloud : earlier)
+    if (!fs::exists(unfinished_ / cloud.lexically_relative(path_)))
+      clouds.push_back(cloud);
+  return clouds;
+}
+
+/** \brief Refuses to leave clouds of others among the new ones. */
+void
+CloudFolder::checkForClouds(const std::vector<fs::path>& left_over)
+{
+  const auto is_other = [](const fs::path& cloud) { return !isOurs(cloud); };
+  const auto first = std::find_if(left_over.begin(), left_over.end(), is_other);
+  if (first == left_over.end())
     return;
-  const auto others = std::count_if(first, earlier.end(), isOther);
+  const auto others = std::count_if(first, left_over.end(), is_other);
   throw std::runtime_error(
-      "the clouds in '" + path_.string() + "' stay as they were: " +
-      counted(static_cast<std::size_t>(others), "cloud") + ", such as '" +
-      first->string() + "', would be mixed with the new ones, which are in '" +
+      "the clouds in '" + path_.string() +
+      "' stay as they were: " + counted(static_cast<std::size_t>(others), "cloud") +
+      " that pcl_ext has not written, such as '" + first->string() +
+      "', would be mixed with the new ones, which are in '" +
       keepUnfinished().string() + "'; remove what is old, or name another folder");
 }
 
@@ -364,7 +373,8 @@ CloudFolder::finish()
     return "; interrupted: the clouds in '" + path_.string() +
            "' are still the earlier ones; what was written until then is in '" +
            keepUnfinished().string() + "'";
-  checkForOtherClouds(earlier);
+  const std::vector<fs::path> left_over = leftOver(earlier);
+  checkForClouds(left_over);
   const fs::path unfinished = keepUnfinished(); // if a step fails
   if (!fs::exists(fs::symlink_status(path_))) {
     std::error_code error;
@@ -380,6 +390,8 @@ CloudFolder::finish()
                              unfinished.string() + "'");
   try {
     moveClouds(unfinished);
+    for (const fs::path& cloud : left_over)
+      fs::remove(cloud);
   }
   catch (const fs::filesystem_error& failure) {
     throw std::runtime_error("not all clouds are in their folder; the others are in '" +

@@ -36,8 +36,8 @@ refuseTakenFolder(const std::string& path, bool may_replace);
 class CloudFolder {
 public:
   /** \param[in] path of the folder
-   * \param[in] may_replace clouds of the same names are replaced, unless there are
-   * others; else the folder must be new or empty
+   * \param[in] may_replace clouds of earlier runs are replaced, unless there are some of
+   * other streams or of others; else the folder must be new or empty
    * \param[in] folders of the streams in it; one stream alone has none
    */
   CloudFolder(const std::string& path,
@@ -67,9 +67,9 @@ public:
         recording::Time stamp = {},
         const Viewpoint& viewpoint = {});
 
-  /** \brief Moves all files to their place, where they replace those of their names.
-   * Clouds of an earlier run that they do not replace are a failure, as these would be
-   * mixed. After an interruption the earlier ones stay. Where that or a failure keeps
+  /** \brief Moves all files to their place, where they replace those of their names, and
+   * then removes the other clouds of an earlier run there. Clouds of others that would be
+   * mixed with them are a failure. After an interruption the earlier ones stay. Where that or a failure keeps
    * files from their place, they stay in the unfinished folder, which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
@@ -80,8 +80,11 @@ private:
   std::vector<std::filesystem::path>
   earlierClouds() const;
 
+  std::vector<std::filesystem::path>
+  leftOver(const std::vector<std::filesystem::path>& earlier) const;
+
   void
-  checkForOtherClouds(const std::vector<std::filesystem::path>& earlier);
+  checkForClouds(const std::vector<std::filesystem::path>& left_over);
 
   void
   moveClouds(const std::filesystem::path& from) const;
