@@ -228,6 +228,22 @@ TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
   EXPECT_EQ(run("encode bag.mcap -o y.mcap --frame-id map").status, 0);
 }
 
+TEST_F(ProgramBags, AFrameIdThatIsTooLongForFramesNamesWhatHelps)
+{
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points")},
+            {cloudMessage(roomClouds(1)[0], 0, std::string(1025, 'f'))});
+  expectFailure("encode bag.mcap -o x.mcap",
+                2,
+                "the frame_id of its clouds has 1025 bytes, and frames carry 1024 at "
+                "most: name a shorter one with --frame-id, or encode with --no-header");
+  expectRun("encode bag.mcap -o x.mcap --frame-id short");
+  expectRun("encode bag.mcap -o y.mcap --no-header");
+  expectFailure("encode bag.mcap -o z.mcap --frame-id " + std::string(1025, 'f'),
+                2,
+                "--frame-id is 1025 bytes long");
+}
+
 TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
 {
   const auto clouds = roomClouds(9);
