@@ -244,6 +244,21 @@ TEST_F(ProgramBags, AFrameIdThatIsTooLongForFramesNamesWhatHelps)
                 "--frame-id is 1025 bytes long");
 }
 
+TEST_F(ProgramBags, WithoutMessagesOfACloudLeaveNoFile)
+{
+  McapMessage imu;
+  imu.channel = 1;
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points"), imuChannel()},
+            {imu});
+  for (const char* const input : {"bag.mcap", "- < bag.mcap"})
+    expectFailure(std::string("encode -o x.mcap ") + input,
+                  1,
+                  "no cloud could be encoded: there are no messages of /points; "
+                  "'x.mcap' was not written\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.mcap.unfinished"));
+}
+
 TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
 {
   const auto clouds = roomClouds(9);
