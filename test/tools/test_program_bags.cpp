@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <map>
 
@@ -257,6 +258,31 @@ TEST_F(ProgramBags, WithoutMessagesOfACloudLeaveNoFile)
                   "no cloud could be encoded: there are no messages of /points; "
                   "'x.mcap' was not written\n");
   EXPECT_FALSE(std::filesystem::exists(folder / "x.mcap.unfinished"));
+}
+
+TEST_F(ProgramBags, FilesOfFramesThatWerePutTogetherKeepTheirTimes)
+{
+  const auto timeOf = [](std::size_t i) { // frames count microseconds
+    return std::chrono::duration_cast<std::chrono::microseconds>(stampOf(i));
+  };
+  writeBag(folder / "bag.mcap", 4);
+  for (const char* const part : {"0:2", "2:4"})
+    expectRun(std::string("encode bag.mcap --topics /rear/points --frames ") + part +
+              " -o " + part[0] + ".pcxi");
+  ASSERT_EQ(runShell("cat 2.pcxi 0.pcxi > x.pcxi").status, 0);
+  const nlohmann::json info =
+      nlohmann::json::parse(expectRun("info --json x.pcxi").output);
+  EXPECT_EQ(info["first_time_ns"], Time(timeOf(2)).count()) << info;
+  EXPECT_EQ(info["last_time_ns"], Time(timeOf(3)).count());
+  expectRun("decode x.pcxi -o decoded.mcap");
+  expectRun("cut x.pcxi -o cut.mcap");
+  for (const char* const name : {"decoded.mcap", "cut.mcap"}) {
+    recording::BagReader reader;
+    ASSERT_TRUE(reader.open(folder / name).ok());
+    ASSERT_EQ(reader.index().size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_EQ(reader.index()[i].log_time, timeOf(i)) << name;
+  }
 }
 
 TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
