@@ -72,6 +72,9 @@ private:
   scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length);
 
   void
+  scanEnd(std::uint64_t offset);
+
+  void
   scanLastRecord(std::uint64_t offset, Opcode opcode);
 
   void
@@ -250,8 +253,10 @@ std::uint64_t
 ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length)
 {
   const std::uint64_t end = offset + record_prefix_size + length;
-  if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+  if (endsData(opcode, length)) {
+    scanEnd(end);
     return 0;
+  }
   if (opcode == Opcode::Chunk) {
     contents_.sections.push_back({true, offset, end - offset, false});
     addByRecords(contents_.sections.size() - 1);
@@ -260,6 +265,8 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   if (opcode == Opcode::Attachment || opcode == Opcode::Metadata)
     (opcode == Opcode::Metadata ? contents_.metadata : contents_.attachments)
         .push_back({offset, end - offset});
+  else if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+    addDamage(offset, "a record cannot be read");
   else if (opcode == Opcode::Message) {
     buffer_.resize(message_prefix_size - record_prefix_size);
     if (length >= buffer_.size() &&
@@ -279,6 +286,24 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
       contents_.profile = header.profile;
   }
   return end;
+}
+
+/** \brief Looks for what follows the file, from the end of its data on. */
+void
+ContentsFinder::scanEnd(std::uint64_t offset)
+{
+  constexpr std::uint64_t piece_bytes = std::uint64_t{1} << 20;
+  BytesAfterEnd after;
+  while (offset < file_.size()) {
+    buffer_.resize(
+        static_cast<std::size_t>(std::min(piece_bytes, file_.size() - offset)));
+    if (!file_.read(offset, buffer_.size(), buffer_.data()))
+      break;
+    after.add(buffer_.data(), buffer_.size());
+    offset += buffer_.size();
+  }
+  if (after.count() > 0)
+    addDamage(file_.size() - after.count(), after.describe());
 }
 
 /** \brief Adds what can be read of a record whose end is missing. */

@@ -42,6 +42,25 @@ hasMcapEnd(const InputFile& file)
          hasMagic(file, file.size() - magic.size());
 }
 
+void
+BytesAfterEnd::add(const std::uint8_t* bytes, std::size_t count)
+{
+  std::size_t used = 0;
+  // The first of the magic bytes is in them once.
+  for (; used < count && matched_ < magic.size(); ++used)
+    matched_ = bytes[used] == magic[matched_] ? matched_ + 1
+               : bytes[used] == magic[0]      ? 1
+                                              : 0;
+  count_ += count - used;
+}
+
+std::string
+BytesAfterEnd::describe() const
+{
+  return std::to_string(count_) + " bytes follow the end of the file, as where another "
+                                  "one was appended; they are lost";
+}
+
 bool
 readRecordPrefix(const InputFile& file,
                  std::uint64_t offset,
