@@ -122,15 +122,14 @@ McapStream::Implementation::readRecord()
     addDamage("there is no valid record; what follows is lost");
     return false;
   }
-  const bool is_too_large =
-      length > (opcode == Opcode::Attachment ? max_attachment_bytes : max_chunk_bytes);
+  const bool is_too_large = length > max_record_bytes;
   if (readBytes(length, !is_too_large) < length) {
     addDamage("the file ends within a record, or the record's length is wrong; what "
               "follows is lost");
     return false;
   }
   if (is_too_large) {
-    addDamage("a record is larger than the limit; it is lost");
+    addDamage("a record: " + largerThan(max_record_bytes) + "; it is lost");
     record_.resize(mcap::record_prefix_size);
     record_[0] = std::numeric_limits<std::uint8_t>::max(); // of no known kind
   }

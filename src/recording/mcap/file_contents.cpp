@@ -257,6 +257,10 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
     scanEnd(end);
     return 0;
   }
+  if (length > max_record_bytes) {
+    addDamage(offset, "a record: " + largerThan(max_record_bytes) + "; it is lost");
+    return end;
+  }
   if (opcode == Opcode::Chunk) {
     contents_.sections.push_back({true, offset, end - offset, false});
     addByRecords(contents_.sections.size() - 1);
@@ -276,7 +280,7 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   else if (opcode == Opcode::Header || opcode == Opcode::Schema ||
            opcode == Opcode::Channel) {
     Header header;
-    if (!readRecord(file_, offset, opcode, max_chunk_bytes, buffer_))
+    if (!readRecord(file_, offset, opcode, buffer_))
       addDamage(offset, "a record cannot be read");
     else if (opcode == Opcode::Schema)
       channels_.addSchema(buffer_.data(), buffer_.size());
@@ -364,7 +368,7 @@ findContents(const InputFile& file, const ChannelFilter& wants, FileContents& co
     // The summary has no header.
     std::vector<std::uint8_t> content;
     Header header;
-    if (readRecord(file, magic.size(), Opcode::Header, max_chunk_bytes, content) &&
+    if (readRecord(file, magic.size(), Opcode::Header, content) &&
         parse(content.data(), content.size(), header))
       contents.profile = header.profile;
     return {};

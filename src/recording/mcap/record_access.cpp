@@ -80,13 +80,12 @@ bool
 readRecord(const InputFile& file,
            std::uint64_t offset,
            Opcode opcode,
-           std::uint64_t max_length,
            std::vector<std::uint8_t>& content)
 {
   Opcode found{};
   std::uint64_t length = 0;
   if (!readRecordPrefix(file, offset, found, length) || found != opcode ||
-      length > max_length || length > file.size() - offset - record_prefix_size)
+      length > max_record_bytes || length > file.size() - offset - record_prefix_size)
     return false;
   content.resize(static_cast<std::size_t>(length));
   return file.read(offset + record_prefix_size, content.size(), content.data());
@@ -130,8 +129,7 @@ loadChunk(const ReadAt& read,
     return "its size contradicts that of its record; its messages are lost";
   const std::uint64_t most_bytes = mostChunkBytes(size);
   if (chunk.uncompressed_size > most_bytes || size > most_bytes)
-    return "it is larger than the limit of " + std::to_string(most_bytes) +
-           " bytes; its messages are lost";
+    return largerThan(most_bytes) + "; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
   if (!read(section.offset + begin, compressed.size(), compressed.data()))
     return "it cannot be read; its messages are lost";

@@ -90,14 +90,12 @@ readRecordPrefix(const InputFile& file,
                  std::uint64_t& content_length);
 
 /** \brief Reads the content of a record of a file.
- * \param[in] max_length larger records are not read
  * \return false if it cannot be read
  */
 bool
 readRecord(const InputFile& file,
            std::uint64_t offset,
            Opcode opcode,
-           std::uint64_t max_length,
            std::vector<std::uint8_t>& content);
 
 } // namespace mcap
