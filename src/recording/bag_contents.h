@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -18,23 +19,33 @@
 
 namespace pcl_ext::PCL_EXT_ABI::recording {
 
-/** \brief Largest uncompressed chunk or message that is read, bytes; larger ones are
- * damage. */
+/** \brief Largest record that is read, bytes: a cloud in CDR has no more. */
+constexpr std::uint64_t max_record_bytes = std::numeric_limits<std::uint32_t>::max();
+
+/** \brief Largest chunk or message that few compressed bytes become, bytes. */
 constexpr std::uint64_t max_chunk_bytes = std::uint64_t{1} << 28;
 
-/** \brief Largest attachment that is read, bytes. */
-constexpr std::uint64_t max_attachment_bytes = std::uint64_t{1} << 30;
-
-/** \brief Most uncompressed bytes of a chunk, which bound the time to read a file that
- * was made to take long: so many, and so many more for each compressed one. */
+/** \brief Most uncompressed bytes of a chunk, which bound memory and the time to read a
+ * file that was made to take long: so many, and so many more for each stored one. A
+ * chunk that is not compressed always has fewer, if it is a record that is read. */
 inline std::uint64_t
-mostChunkBytes(std::uint64_t compressed_bytes)
+mostChunkBytes(std::uint64_t stored_bytes)
 {
   constexpr std::uint64_t plausible_bytes = std::uint64_t{1} << 24;
   constexpr std::uint64_t plausible_ratio = 1000;
-  return std::min(max_chunk_bytes,
-                  plausible_bytes +
-                      plausible_ratio * std::min(compressed_bytes, max_chunk_bytes));
+  constexpr std::uint64_t usual_ratio = 16; // of clouds at most
+  stored_bytes = std::min(stored_bytes, max_record_bytes);
+  return std::min(max_record_bytes,
+                  std::max(usual_ratio * stored_bytes,
+                           std::min(max_chunk_bytes,
+                                    plausible_bytes + plausible_ratio * stored_bytes)));
+}
+
+/** \brief What is wrong with a record, a chunk or a message that has more bytes. */
+inline std::string
+largerThan(std::uint64_t most_bytes)
+{
+  return "it is larger than the limit of " + std::to_string(most_bytes) + " bytes";
 }
 
 /** \brief Most messages of a file: so many, and one more for some of its bytes.

@@ -34,7 +34,7 @@ struct BagEntry {
  * cut off, is searched for messages once, when it is opened: all whole messages are
  * found, also in a chunk that is incomplete. A chunk whose checksum is wrong is left
  * out as a whole, and reported by damage(). Any bytes are safe; memory is bounded by
- * the limit on a chunk.
+ * the file and by the limits on what is compressed, see mostChunkBytes().
  */
 class PCL_EXT_RECORDING_EXPORT BagReader {
 public:

@@ -159,8 +159,12 @@ decompressMessage(const McapChannel& channel, std::vector<std::uint8_t>& bytes)
   if (ZSTD_findFrameCompressedSize(bytes.data(), bytes.size()) != bytes.size())
     return "the compressed bytes of a message are not whole";
   std::vector<std::uint8_t> message;
-  const std::string failure = mcap::decompress(
-      mcap::zstd_compression, bytes.data(), bytes.size(), max_chunk_bytes, message);
+  const std::uint64_t most = std::max(max_chunk_bytes, mostChunkBytes(bytes.size()));
+  // One more, as a message does not declare its bytes.
+  std::string failure = mcap::decompress(
+      mcap::zstd_compression, bytes.data(), bytes.size(), most + 1, message);
+  if (message.size() > most)
+    failure = largerThan(most);
   bytes.swap(message);
   return failure.empty() ? failure : "a compressed message: " + failure;
 }

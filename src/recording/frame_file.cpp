@@ -120,7 +120,8 @@ FrameFile::addFrameAt(std::uint64_t offset, std::uint64_t size)
                       ? std::chrono::microseconds(static_cast<std::int64_t>(stamp))
                       : std::chrono::microseconds(0));
   streams_.front().has_times |= has_stamp;
-  addFrame(0, has_stamp ? time : streams_.front().last_time, stored_frames_.size());
+  const Time last_time = found_frames_.empty() ? Time(0) : found_frames_.back().time;
+  found_frames_.push_back({has_stamp ? time : last_time, 0, 0, stored_frames_.size()});
   stored_frames_.push_back({offset, size, time, frame_id_});
 }
 
@@ -247,6 +248,8 @@ FrameFile::open(InputFile file)
             "'" + file_.path() + "' is not a recording: " +
                 (first_problem.empty() ? "the file ends within its first frame"
                                        : first_problem)};
+  makeTimesRise(found_frames_);
+  takeFrames(std::move(found_frames_));
   return {};
 }
 
@@ -254,6 +257,7 @@ RecordingStatus
 FrameFile::read(const IndexedFrame& indexed, RecordedFrame& frame)
 {
   const StoredFrame& stored = stored_frames_[static_cast<std::size_t>(indexed.at)];
+  frame.time = stored.stamp == Time(0) ? indexed.time : stored.stamp;
   frame.stamp = stored.stamp;
   frame.frame_id = stored.frame_id;
   frame.offset = stored.offset;

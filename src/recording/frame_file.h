@@ -78,6 +78,7 @@ private:
 
   InputFile file_;
   std::vector<StoredFrame> stored_frames_;
+  std::vector<IndexedFrame> found_frames_; // until the file is open
   std::vector<RecordingDamage> damage_;
   bool is_cut_off_ = false;
   std::optional<std::uint64_t> stamp_; // of the last frame that had one, microseconds

@@ -17,10 +17,23 @@ FrameSource::count(IndexedFrame& indexed)
 }
 
 void
-FrameSource::addFrame(std::size_t stream, Time time, std::uint64_t at)
+FrameSource::makeTimesRise(std::vector<IndexedFrame>& frames) const
 {
-  frames_.push_back({time, stream, 0, at});
-  count(frames_.back());
+  std::vector<Time> times_after(streams_.size(), Time::max());
+  std::vector<IndexedFrame*> middle_frames(streams_.size(), nullptr);
+  for (auto before = frames.rbegin(); before != frames.rend(); ++before) {
+    Time& after = times_after[before->stream];
+    IndexedFrame*& middle = middle_frames[before->stream];
+    if (middle != nullptr) {
+      if (middle->time > after && before->time <= after)
+        middle->time = after;
+      after = middle->time;
+    }
+    middle = &*before;
+  }
+  std::vector<Time> previous(streams_.size(), Time::min());
+  for (IndexedFrame& frame : frames)
+    frame.time = previous[frame.stream] = std::max(previous[frame.stream], frame.time);
 }
 
 void

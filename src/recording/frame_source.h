@@ -53,9 +53,14 @@ public:
   }
 
 protected:
-  /** \brief Adds a frame after those of its stream. */
+  /** \brief Gives frames that seem to be before an earlier one of their stream its time,
+   * as after the clock was set back. A single frame that is after the next one, which is
+   * not before the frame in front of it, gets the time of the next one instead: a byte of
+   * its index is damaged. Of the first frame of a stream that is not known.
+   * \param[in,out] frames in the order of the file
+   */
   void
-  addFrame(std::size_t stream, Time time, std::uint64_t at);
+  makeTimesRise(std::vector<IndexedFrame>& frames) const;
 
   /** \brief Takes all frames at once, in the order of their times; their numbers
    * follow. */

@@ -137,32 +137,6 @@ McapFrames::addFrames(const std::vector<std::size_t>& streams)
   takeFrames(std::move(frames));
 }
 
-/** \brief Gives frames that seem to be before an earlier one of their stream its time,
- * as after the clock was set back. A single frame that is after the next one, which is
- * not before the frame in front of it, gets the time of the next one instead: a byte of
- * its index is damaged. Of the first frame of a stream that is not known.
- * \param[in,out] frames in the order of the file
- */
-void
-McapFrames::makeTimesRise(std::vector<IndexedFrame>& frames) const
-{
-  std::vector<Time> times_after(streams_.size(), Time::max());
-  std::vector<IndexedFrame*> middle_frames(streams_.size(), nullptr);
-  for (auto before = frames.rbegin(); before != frames.rend(); ++before) {
-    Time& after = times_after[before->stream];
-    IndexedFrame*& middle = middle_frames[before->stream];
-    if (middle != nullptr) {
-      if (middle->time > after && before->time <= after)
-        middle->time = after;
-      after = middle->time;
-    }
-    middle = &*before;
-  }
-  std::vector<Time> previous(streams_.size(), Time::min());
-  for (IndexedFrame& frame : frames)
-    frame.time = previous[frame.stream] = std::max(previous[frame.stream], frame.time);
-}
-
 RecordingStatus
 McapFrames::read(const IndexedFrame& indexed, RecordedFrame& frame)
 {

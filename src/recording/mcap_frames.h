@@ -47,9 +47,6 @@ private:
   void
   addFrames(const std::vector<std::size_t>& streams);
 
-  void
-  makeTimesRise(std::vector<IndexedFrame>& frames) const;
-
   RecordingStatus
   nothingFound(const std::string& path, const std::vector<std::string>& formats) const;
 

@@ -48,6 +48,9 @@ private:
   takeMessage(const std::uint8_t* content, std::size_t size);
 
   void
+  readAfterData();
+
+  void
   addChannel(const std::uint8_t* content, std::size_t size);
 
   void
@@ -119,19 +122,39 @@ McapStream::Implementation::readRecord()
     addDamage("there is no valid record; what follows is lost");
     return false;
   }
-  const bool is_too_large =
-      length > (opcode == Opcode::Attachment ? max_attachment_bytes : max_chunk_bytes);
+  const bool is_too_large = length > max_record_bytes;
   if (readBytes(length, !is_too_large) < length) {
     addDamage("the file ends within a record, or the record's length is wrong; what "
               "follows is lost");
     return false;
   }
   if (is_too_large) {
-    addDamage("a record is larger than the limit; it is lost");
+    addDamage("a record: " + largerThan(max_record_bytes) + "; it is lost");
     record_.resize(mcap::record_prefix_size);
     record_[0] = std::numeric_limits<std::uint8_t>::max(); // of no known kind
   }
-  return opcode != Opcode::DataEnd && opcode != Opcode::Footer;
+  if (mcap::endsData(opcode, length))
+    return false;
+  if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+    addDamage("a record cannot be read");
+  return true;
+}
+
+/** \brief Reads what follows the data: who writes the file is not stopped by a pipe that
+ * nobody reads. */
+void
+McapStream::Implementation::readAfterData()
+{
+  constexpr std::size_t piece_bytes = std::size_t{1} << 20;
+  mcap::BytesAfterEnd after;
+  record_.resize(piece_bytes);
+  while (const std::size_t read = read_(record_.data(), piece_bytes)) {
+    after.add(record_.data(), read);
+    position_ += read;
+  }
+  offset_ = position_ - after.count();
+  if (after.count() > 0)
+    addDamage(after.describe());
 }
 
 void
@@ -260,8 +283,7 @@ McapStream::Implementation::next()
     if (!is_at_end_ && takeRecord(found))
       return found;
   }
-  // Who writes the file is not stopped by a pipe that nobody reads.
-  readBytes(std::numeric_limits<std::uint64_t>::max(), false);
+  readAfterData();
   if (list_.hasTooMany())
     addDamage("there are too many channels with too large schemas; some are lost");
   return Found::End;

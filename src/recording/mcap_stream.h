@@ -21,7 +21,7 @@ namespace pcl_ext::PCL_EXT_ABI::recording {
  * needed.
  *
  * It is exported for the program pcl_ext. Any bytes are safe; memory is that of one
- * record, at most the limits of BagReader, and of the channels.
+ * record, at most max_record_bytes, its chunk, see mostChunkBytes(), and of the channels.
  */
 class PCL_EXT_RECORDING_EXPORT McapStream {
 public:

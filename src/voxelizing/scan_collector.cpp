@@ -25,7 +25,7 @@ CompressionStatus
 orderStatus(const char* reason)
 {
   return {CompressionCode::InvalidInput,
-          std::string("the order of a cloud cannot be kept: ") + reason};
+          SettingText{std::string("the order of a cloud cannot be kept: ") + reason}};
 }
 
 ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit)
@@ -86,8 +86,9 @@ ScanCollector::collect(PointBatches& points,
         std::max(cloud_.pixelCount(), cloud_.size()) > mostPixels(fields);
     status =
         orderStatus(has_many ? "it has more pixels than decoders take"
-                             : "its points are 2^26 edges or more from each other, "
-                               "which a larger resolution mends");
+                             : "its points are 2^26 edges or more from each other: "
+                               "set {bounding_box} around the points to keep, or "
+                               "take a larger {resolution}");
     wants_other_rays_ = std::exchange(was_on_rays_, false);
     return false;
   }

@@ -1,6 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bytes/byte_writer.h"
 #include "recording/bag_reader.h"
+#include "recording/mcap/records.h"
+#include "recording/mcap_stream.h"
+#include "recording/mcap_writer.h"
+#include "recording/point_cloud_messages.h"
 #include "support/recorded_streams.h"
 
 #include <gtest/gtest.h>
@@ -90,6 +94,70 @@ protected:
   const std::string file = folder / GetParam().file;
   std::vector<KnownStream> streams;
 };
+
+/** \brief A file of three messages without a summary.
+ * \param[in] first_opcode in place of that of the first message
+ * \param[out] first_offset where it is
+ */
+Bytes
+fileWithoutSummary(mcap::Opcode first_opcode, std::size_t& first_offset)
+{
+  const McapChannel channel = pointCloudChannel("/a");
+  Bytes file(mcap::magic.begin(), mcap::magic.end());
+  mcap::append(mcap::Schema{1, channel.schema}, file);
+  mcap::append(mcap::Channel{5, 1, channel}, file);
+  first_offset = file.size();
+  for (std::uint64_t time = 1; time <= 3; ++time)
+    mcap::append(mcap::MessagePrefix{5, 0, time, time}, Bytes(10), file);
+  file[first_offset] = static_cast<std::uint8_t>(first_opcode);
+  mcap::appendDataEnd(0, file);
+  mcap::appendFooter({}, file);
+  file.insert(file.end(), mcap::magic.begin(), mcap::magic.end());
+  return file;
+}
+
+Bytes
+fileWithSummary(const std::string& path)
+{
+  McapMessage message;
+  McapWriter writer;
+  EXPECT_TRUE(writer.open(path, "ros2").ok());
+  EXPECT_TRUE(
+      writer.addChannel(pointCloudChannel("/a"), McapChunking::Shared, message.channel)
+          .ok());
+  EXPECT_TRUE(writer.write(message, true).ok());
+  EXPECT_TRUE(writer.finish().ok());
+  return bytesOf(path);
+}
+
+/** \brief What is wrong with a file, read by its index and from its beginning on. */
+std::vector<RecordingDamage>
+damageOf(const std::string& path, std::size_t expected_messages)
+{
+  BagReader reader;
+  EXPECT_TRUE(reader.open(path).ok());
+  const Bytes file = bytesOf(path);
+  std::size_t position = mcap::magic.size();
+  // In pieces that divide what is looked for.
+  const auto readSome = [&](std::uint8_t* bytes, std::size_t count) {
+    count = std::min({count, std::size_t{7}, file.size() - position});
+    std::copy_n(file.data() + position, count, bytes);
+    position += count;
+    return count;
+  };
+  McapStream stream(readSome, path);
+  std::size_t messages = 0;
+  while (stream.next() != McapStream::Found::End)
+    ++messages;
+  EXPECT_EQ(messages, expected_messages);
+  EXPECT_EQ(reader.index().size(), expected_messages);
+  EXPECT_EQ(stream.damage().size(), reader.damage().size());
+  for (std::size_t i = 0; i < stream.damage().size(); ++i) {
+    EXPECT_EQ(stream.damage()[i].offset, reader.damage().at(i).offset);
+    EXPECT_EQ(stream.damage()[i].message, reader.damage().at(i).message);
+  }
+  return reader.damage();
+}
 
 } // namespace
 
@@ -246,6 +314,39 @@ TEST(DamagedRecordings, WhatIsNoRecordingIsRefusedWithItsKind)
   RecordingReader reader;
   EXPECT_EQ(reader.open(folder / "missing").code(), RecordingCode::InputFailed);
   EXPECT_EQ(reader.open(folder / "").code(), RecordingCode::InputFailed);
+}
+
+TEST(DamagedRecordings, OfMcapHaveBytesAfterTheirEnd)
+{
+  const TestFolder folder;
+  std::size_t first = 0;
+  const Bytes with_summary = fileWithSummary(folder / "one.mcap");
+  const Bytes without = fileWithoutSummary(mcap::Opcode::Message, first);
+  EXPECT_TRUE(damageOf(folder / "one.mcap", 1).empty());
+  for (const Bytes& file : {with_summary, without})
+    for (const Bytes& appended : {with_summary, without, Bytes(5000), Bytes(1)}) {
+      Bytes both = file;
+      both.insert(both.end(), appended.begin(), appended.end());
+      writeBytes(folder / "two.mcap", both);
+      const std::vector<RecordingDamage> damage =
+          damageOf(folder / "two.mcap", file == with_summary ? 1 : 3);
+      ASSERT_EQ(damage.size(), 1u);
+      EXPECT_EQ(damage[0].offset, file.size());
+      EXPECT_TRUE(hasPart(damage[0].message,
+                          std::to_string(appended.size()) + " bytes follow the end"));
+    }
+}
+
+TEST(DamagedRecordings, OfMcapDoNotEndAtAnEndOfAnotherLength)
+{
+  const TestFolder folder;
+  for (const mcap::Opcode opcode : {mcap::Opcode::DataEnd, mcap::Opcode::Footer}) {
+    std::size_t damaged = 0;
+    writeBytes(folder / "bag.mcap", fileWithoutSummary(opcode, damaged));
+    const std::vector<RecordingDamage> damage = damageOf(folder / "bag.mcap", 2);
+    ASSERT_EQ(damage.size(), 1u);
+    EXPECT_EQ(damage[0].offset, damaged);
+  }
 }
 
 } // namespace test

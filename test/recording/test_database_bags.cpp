@@ -165,6 +165,23 @@ TEST(DatabaseBags, MayHaveTheFramesOfARecording)
   }
 }
 
+TEST(DatabaseBags, MayHaveMessagesLargerThanCompressedOnesMayBe)
+{
+  constexpr std::size_t size = max_chunk_bytes + 1;
+  const TestFolder folder;
+  {
+    DatabaseBag bag(folder / "x.db3");
+    bag.addTopic(1, "/x", "std_msgs/msg/String", "");
+    bag.addMessage(1, 0, Bytes(size));
+  }
+  BagReader reader;
+  ASSERT_TRUE(reader.open(folder / "x.db3").ok());
+  McapMessage message;
+  const RecordingStatus status = reader.read(reader.index().at(0), message);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(message.bytes.size(), size);
+}
+
 TEST(DatabaseBags, OfSeveralFilesAreOne)
 {
   const TestFolder folder;

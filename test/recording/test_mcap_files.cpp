@@ -253,6 +253,55 @@ TEST(McapFiles, ChunksThatContradictThemselvesAreLeftOutAndReported)
   EXPECT_TRUE(hasPart(lost("bz2", records), "'bz2' is unknown"));
 }
 
+TEST(McapFiles, MayHaveMessagesLargerThanCompressedOnesMayBe)
+{
+  const TestFolder folder;
+  BagReader reader;
+  const auto openOneMessage = [&](std::uint64_t size) {
+    Bytes file(mcap::magic.begin(), mcap::magic.end());
+    mcap::append(mcap::Schema{1, channelOf("/a").schema}, file);
+    mcap::append(mcap::Channel{5, 1, channelOf("/a")}, file);
+    const std::size_t begin = file.size();
+    mcap::append(mcap::MessagePrefix{5, 0, 1, 1}, {}, file);
+    std::uint64_t length = mcap::message_prefix_size - mcap::record_prefix_size + size;
+    for (std::size_t i = 1; i < mcap::record_prefix_size; ++i, length >>= 8)
+      file[begin + i] = static_cast<std::uint8_t>(length);
+    writeBytes(folder / "bag.mcap", file);
+    std::filesystem::resize_file(folder / "bag.mcap", file.size() + size); // sparse
+    ASSERT_TRUE(reader.open(folder / "bag.mcap").ok());
+  };
+  openOneMessage(max_chunk_bytes + 1);
+  McapMessage message;
+  const RecordingStatus status = reader.read(reader.index().at(0), message);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(message.bytes.size(), max_chunk_bytes + 1);
+  // So may uncompressed chunks.
+  EXPECT_GE(mostChunkBytes(max_chunk_bytes + 1), max_chunk_bytes + 1);
+  EXPECT_GE(mostChunkBytes(max_record_bytes), max_record_bytes);
+  openOneMessage(max_record_bytes + 1);
+  EXPECT_TRUE(reader.index().empty());
+  EXPECT_TRUE(hasPart(reader.damage().at(0).message,
+                      "larger than the limit of 4294967295 bytes"));
+}
+
+TEST(McapFiles, AChunkThatHardlyTakesBytesIsWrittenAsItCanBeRead)
+{
+  constexpr std::size_t size = std::size_t{1} << 25;
+  const TestFolder folder;
+  McapWriter writer;
+  std::size_t channel = 0;
+  ASSERT_TRUE(writer.open(folder / "bag.mcap", "ros2").ok());
+  ASSERT_TRUE(writer.addChannel(channelOf("/a"), McapChunking::Shared, channel).ok());
+  ASSERT_TRUE(writer.write(messageOf(channel, 5, Bytes(size)), true).ok());
+  ASSERT_TRUE(writer.finish().ok());
+  BagReader reader;
+  ASSERT_TRUE(reader.open(folder / "bag.mcap").ok());
+  McapMessage message;
+  const RecordingStatus status = reader.read(reader.index().at(0), message);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(message.bytes.size(), size);
+}
+
 TEST(McapFiles, Rosbag2FoldersOfManyFilesAreOneBag)
 {
   constexpr std::size_t parts = 200;

@@ -252,6 +252,19 @@ TEST_F(Recordings, StampsAreNotGuessedBehindALostFrame)
   }
 }
 
+TEST_F(Recordings, FramesOfAFileOfFramesStayInOrderIfTheClockIsSetBack)
+{
+  const KnownStream stream = knownStream(0, 10, 5);
+  const std::vector<std::size_t> order = {5, 6, 7, 8, 9, 0, 1, 2, 3, 4};
+  writeBytes(folder / "sensor.pcxi", framesOf(stream, order));
+  ASSERT_TRUE(reader.open(folder / "sensor.pcxi").ok());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    EXPECT_EQ(reader.timeOf(0, i), stream.frames[i < 5 ? order[i] : 9].time) << i;
+    ASSERT_TRUE(reader.read(0, i, frame).ok());
+    EXPECT_EQ(frame.time, stream.frames[order[i]].time) << i;
+  }
+}
+
 TEST_F(Recordings, ChunksBeginAtIFrames)
 {
   // Frames of some kilobytes, so that there are several chunks.

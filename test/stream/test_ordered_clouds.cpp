@@ -314,7 +314,10 @@ TEST(OrderedClouds, ThatCannotBeKeptAreLeftOut)
   stream.encode(points);
   Points with_far = points;
   with_far[3][1] = 1e6; // 2^29 edges away
-  stream.expectRefusal(with_far, "from each other");
+  stream.expectRefusal(
+      with_far,
+      "from each other: set bounding_box around the points to keep, or "
+      "take a larger resolution");
   with_far[3][1] = std::numeric_limits<double>::max();
   stream.expectRefusal(with_far, "");
   stream.encode(points); // the stream goes on

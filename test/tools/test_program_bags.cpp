@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <map>
 
@@ -276,6 +277,62 @@ TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
                       "clouds before 'lidar'"));
   // The user may name the frame of all.
   EXPECT_EQ(run("encode bag.mcap -o y.mcap --frame-id map").status, 0);
+}
+
+TEST_F(ProgramBags, AFrameIdThatIsTooLongForFramesNamesWhatHelps)
+{
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points")},
+            {cloudMessage(roomClouds(1)[0], 0, std::string(1025, 'f'))});
+  expectFailure("encode bag.mcap -o x.mcap",
+                2,
+                "the frame_id of its clouds has 1025 bytes, and frames carry 1024 at "
+                "most: name a shorter one with --frame-id, or encode with --no-header");
+  expectRun("encode bag.mcap -o x.mcap --frame-id short");
+  expectRun("encode bag.mcap -o y.mcap --no-header");
+  expectFailure("encode bag.mcap -o z.mcap --frame-id " + std::string(1025, 'f'),
+                2,
+                "--frame-id is 1025 bytes long");
+}
+
+TEST_F(ProgramBags, WithoutMessagesOfACloudLeaveNoFile)
+{
+  McapMessage imu;
+  imu.channel = 1;
+  writeMcap(folder / "bag.mcap",
+            {recording::pointCloudChannel("/points"), imuChannel()},
+            {imu});
+  for (const char* const input : {"bag.mcap", "- < bag.mcap"})
+    expectFailure(std::string("encode -o x.mcap ") + input,
+                  1,
+                  "no cloud could be encoded: there are no messages of /points; "
+                  "'x.mcap' was not written\n");
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.mcap.unfinished"));
+}
+
+TEST_F(ProgramBags, FilesOfFramesThatWerePutTogetherKeepTheirTimes)
+{
+  const auto timeOf = [](std::size_t i) { // frames count microseconds
+    return std::chrono::duration_cast<std::chrono::microseconds>(stampOf(i));
+  };
+  writeBag(folder / "bag.mcap", 4);
+  for (const char* const part : {"0:2", "2:4"})
+    expectRun(std::string("encode bag.mcap --topics /rear/points --frames ") + part +
+              " -o " + part[0] + ".pcxi");
+  ASSERT_EQ(runShell("cat 2.pcxi 0.pcxi > x.pcxi").status, 0);
+  const nlohmann::json info =
+      nlohmann::json::parse(expectRun("info --json x.pcxi").output);
+  EXPECT_EQ(info["first_time_ns"], Time(timeOf(2)).count()) << info;
+  EXPECT_EQ(info["last_time_ns"], Time(timeOf(3)).count());
+  expectRun("decode x.pcxi -o decoded.mcap");
+  expectRun("cut x.pcxi -o cut.mcap");
+  for (const char* const name : {"decoded.mcap", "cut.mcap"}) {
+    recording::BagReader reader;
+    ASSERT_TRUE(reader.open(folder / name).ok());
+    ASSERT_EQ(reader.index().size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_EQ(reader.index()[i].log_time, timeOf(i)) << name;
+  }
 }
 
 TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)

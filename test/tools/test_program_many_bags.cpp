@@ -194,6 +194,13 @@ TEST_F(ProgramManyBags, WhatHasChangedIsEncodedAgain)
             "pcl_ext encode: 2 bags done before and unchanged\n");
 }
 
+TEST_F(ProgramManyBags, OfWhichNothingWasWrittenMayHaveOtherOptionsNext)
+{
+  writeBags(folder, 2);
+  EXPECT_EQ(run("encode bags -o made --topics /nope").status, 1);
+  expectRun("encode bags -o made -q --topics /front/points");
+}
+
 TEST_F(ProgramManyBags, FilesAndBagsOfOthersAreNotReplacedNorTakenForKnownOnes)
 {
   writeBags(folder, 2);

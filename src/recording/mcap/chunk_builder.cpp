@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap/chunk_builder.h"
 
+#include "recording/bag_contents.h"
 #include "recording/mcap/chunk_compression.h"
 
 #include <algorithm>
@@ -25,7 +26,8 @@ ChunkBuilder::take(bool is_compressed,
                    std::uint64_t offset,
                    std::vector<std::uint8_t>& bytes)
 {
-  const bool has_compressed = is_compressed && compress(records_, compressed_);
+  const bool has_compressed = is_compressed && compress(records_, compressed_) &&
+                              records_.size() <= mostChunkBytes(compressed_.size());
   const std::vector<std::uint8_t>& records = has_compressed ? compressed_ : records_;
   ChunkIndex index;
   Chunk chunk;

@@ -72,6 +72,9 @@ private:
   scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length);
 
   void
+  scanEnd(std::uint64_t offset);
+
+  void
   scanLastRecord(std::uint64_t offset, Opcode opcode);
 
   void
@@ -250,8 +253,14 @@ std::uint64_t
 ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t length)
 {
   const std::uint64_t end = offset + record_prefix_size + length;
-  if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+  if (endsData(opcode, length)) {
+    scanEnd(end);
     return 0;
+  }
+  if (length > max_record_bytes) {
+    addDamage(offset, "a record: " + largerThan(max_record_bytes) + "; it is lost");
+    return end;
+  }
   if (opcode == Opcode::Chunk) {
     contents_.sections.push_back({true, offset, end - offset, false});
     addByRecords(contents_.sections.size() - 1);
@@ -260,6 +269,8 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   if (opcode == Opcode::Attachment || opcode == Opcode::Metadata)
     (opcode == Opcode::Metadata ? contents_.metadata : contents_.attachments)
         .push_back({offset, end - offset});
+  else if (opcode == Opcode::DataEnd || opcode == Opcode::Footer)
+    addDamage(offset, "a record cannot be read");
   else if (opcode == Opcode::Message) {
     buffer_.resize(message_prefix_size - record_prefix_size);
     if (length >= buffer_.size() &&
@@ -269,7 +280,7 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
   else if (opcode == Opcode::Header || opcode == Opcode::Schema ||
            opcode == Opcode::Channel) {
     Header header;
-    if (!readRecord(file_, offset, opcode, max_chunk_bytes, buffer_))
+    if (!readRecord(file_, offset, opcode, buffer_))
       addDamage(offset, "a record cannot be read");
     else if (opcode == Opcode::Schema)
       channels_.addSchema(buffer_.data(), buffer_.size());
@@ -279,6 +290,24 @@ ContentsFinder::scanRecord(std::uint64_t offset, Opcode opcode, std::uint64_t le
       contents_.profile = header.profile;
   }
   return end;
+}
+
+/** \brief Looks for what follows the file, from the end of its data on. */
+void
+ContentsFinder::scanEnd(std::uint64_t offset)
+{
+  constexpr std::uint64_t piece_bytes = std::uint64_t{1} << 20;
+  BytesAfterEnd after;
+  while (offset < file_.size()) {
+    buffer_.resize(
+        static_cast<std::size_t>(std::min(piece_bytes, file_.size() - offset)));
+    if (!file_.read(offset, buffer_.size(), buffer_.data()))
+      break;
+    after.add(buffer_.data(), buffer_.size());
+    offset += buffer_.size();
+  }
+  if (after.count() > 0)
+    addDamage(file_.size() - after.count(), after.describe());
 }
 
 /** \brief Adds what can be read of a record whose end is missing. */
@@ -339,7 +368,7 @@ findContents(const InputFile& file, const ChannelFilter& wants, FileContents& co
     // The summary has no header.
     std::vector<std::uint8_t> content;
     Header header;
-    if (readRecord(file, magic.size(), Opcode::Header, max_chunk_bytes, content) &&
+    if (readRecord(file, magic.size(), Opcode::Header, content) &&
         parse(content.data(), content.size(), header))
       contents.profile = header.profile;
     return {};

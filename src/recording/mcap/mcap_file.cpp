@@ -53,7 +53,7 @@ McapFile::read(const MessagePlace& place,
 {
   const Section& section = place.section;
   if (!section.is_chunk) {
-    if (!readRecord(file(), place.offset, Opcode::Message, max_chunk_bytes, record_))
+    if (!readRecord(file(), place.offset, Opcode::Message, record_))
       return "a message cannot be read";
     return takeMessage(record_.data(), record_.size(), message, channel_id);
   }
@@ -75,19 +75,14 @@ McapFile::read(const MessagePlace& place,
 bool
 McapFile::readMetadata(const RecordExtent& extent, McapMetadata& metadata)
 {
-  return readRecord(
-             file(), extent.offset, Opcode::Metadata, max_chunk_bytes, record_) &&
+  return readRecord(file(), extent.offset, Opcode::Metadata, record_) &&
          parse(record_.data(), record_.size(), metadata);
 }
 
 bool
 McapFile::readAttachment(const RecordExtent& extent, McapAttachment& attachment)
 {
-  return readRecord(file(),
-                    extent.offset,
-                    Opcode::Attachment,
-                    max_attachment_bytes,
-                    record_) &&
+  return readRecord(file(), extent.offset, Opcode::Attachment, record_) &&
          parse(record_.data(), record_.size(), attachment);
 }
 

@@ -42,6 +42,25 @@ hasMcapEnd(const InputFile& file)
          hasMagic(file, file.size() - magic.size());
 }
 
+void
+BytesAfterEnd::add(const std::uint8_t* bytes, std::size_t count)
+{
+  std::size_t used = 0;
+  // The first of the magic bytes is in them once.
+  for (; used < count && matched_ < magic.size(); ++used)
+    matched_ = bytes[used] == magic[matched_] ? matched_ + 1
+               : bytes[used] == magic[0]      ? 1
+                                              : 0;
+  count_ += count - used;
+}
+
+std::string
+BytesAfterEnd::describe() const
+{
+  return std::to_string(count_) + " bytes follow the end of the file, as where another "
+                                  "one was appended; they are lost";
+}
+
 bool
 readRecordPrefix(const InputFile& file,
                  std::uint64_t offset,
@@ -61,13 +80,12 @@ bool
 readRecord(const InputFile& file,
            std::uint64_t offset,
            Opcode opcode,
-           std::uint64_t max_length,
            std::vector<std::uint8_t>& content)
 {
   Opcode found{};
   std::uint64_t length = 0;
   if (!readRecordPrefix(file, offset, found, length) || found != opcode ||
-      length > max_length || length > file.size() - offset - record_prefix_size)
+      length > max_record_bytes || length > file.size() - offset - record_prefix_size)
     return false;
   content.resize(static_cast<std::size_t>(length));
   return file.read(offset + record_prefix_size, content.size(), content.data());
@@ -111,8 +129,7 @@ loadChunk(const ReadAt& read,
     return "its size contradicts that of its record; its messages are lost";
   const std::uint64_t most_bytes = mostChunkBytes(size);
   if (chunk.uncompressed_size > most_bytes || size > most_bytes)
-    return "it is larger than the limit of " + std::to_string(most_bytes) +
-           " bytes; its messages are lost";
+    return largerThan(most_bytes) + "; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
   if (!read(section.offset + begin, compressed.size(), compressed.data()))
     return "it cannot be read; its messages are lost";

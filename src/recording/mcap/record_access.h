@@ -56,6 +56,30 @@ hasMagic(const InputFile& file, std::uint64_t offset);
 bool
 hasMcapEnd(const InputFile& file);
 
+/** \brief Counts what follows the magic bytes that end a file, where another file or
+ * anything else was appended to it. */
+class BytesAfterEnd {
+public:
+  /** \brief Takes the next bytes after the data. */
+  void
+  add(const std::uint8_t* bytes, std::size_t count);
+
+  /** \brief The damage, if there are any. */
+  std::string
+  describe() const;
+
+  /** \brief Number of bytes; 0 also without an end. */
+  std::uint64_t
+  count() const
+  {
+    return count_;
+  }
+
+private:
+  std::size_t matched_ = 0; // of the magic bytes
+  std::uint64_t count_ = 0;
+};
+
 /** \brief Reads the opcode and the length of a record.
  * \return false if there are none
  */
@@ -66,14 +90,12 @@ readRecordPrefix(const InputFile& file,
                  std::uint64_t& content_length);
 
 /** \brief Reads the content of a record of a file.
- * \param[in] max_length larger records are not read
  * \return false if it cannot be read
  */
 bool
 readRecord(const InputFile& file,
            std::uint64_t offset,
            Opcode opcode,
-           std::uint64_t max_length,
            std::vector<std::uint8_t>& content);
 
 } // namespace mcap

@@ -47,6 +47,16 @@ constexpr std::size_t record_prefix_size = 9;
 /** \brief Bytes of a footer with its prefix. */
 constexpr std::size_t footer_size = record_prefix_size + 20;
 
+/** \brief True for a record that ends the data. With another length it is a damaged one
+ * of another kind. */
+constexpr bool
+endsData(Opcode opcode, std::uint64_t content_length)
+{
+  return (opcode == Opcode::DataEnd && content_length == sizeof(std::uint32_t)) ||
+         (opcode == Opcode::Footer &&
+          content_length == footer_size - record_prefix_size);
+}
+
 /** \brief Bytes of a message before its own, with the prefix of the record. */
 constexpr std::size_t message_prefix_size = record_prefix_size + 22;
 

@@ -17,9 +17,8 @@ bool
 loadSummary(const InputFile& file, std::vector<std::uint8_t>& summary)
 {
   const std::uint64_t footer_offset = file.size() - magic.size() - footer_size;
-  constexpr std::size_t content_size = footer_size - record_prefix_size;
   Footer footer;
-  if (!readRecord(file, footer_offset, Opcode::Footer, content_size, summary) ||
+  if (!readRecord(file, footer_offset, Opcode::Footer, summary) ||
       !parse(summary.data(), summary.size(), footer) ||
       footer.summary_start < magic.size() || footer.summary_start > footer_offset ||
       footer_offset - footer.summary_start > max_summary_size)

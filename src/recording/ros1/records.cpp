@@ -139,8 +139,7 @@ loadChunk(const InputFile& file,
   const std::uint64_t size = end - chunk.data();
   const std::uint64_t most = mostChunkBytes(size);
   if (size > most || *declared > most)
-    return "it is larger than the limit of " + std::to_string(most) +
-           " bytes; its messages are lost";
+    return largerThan(most) + "; its messages are lost";
   std::vector<std::uint8_t> compressed(static_cast<std::size_t>(size));
   if (!file.read(chunk.data(), compressed.size(), compressed.data()))
     return "it cannot be read; its messages are lost";

@@ -54,8 +54,7 @@ Ros1File::read(const MessagePlace& place,
   const Section& section = place.section;
   if (!section.is_chunk) {
     FileRecord record;
-    if (!record.read(file(), place.offset) || record.dataSize() > max_chunk_bytes ||
-        record.end() > file().size())
+    if (!record.read(file(), place.offset) || record.end() > file().size())
       return "a message cannot be read";
     message.bytes.resize(static_cast<std::size_t>(record.dataSize()));
     if (!file().read(record.data(), message.bytes.size(), message.bytes.data()))

@@ -365,7 +365,7 @@ BagDatabase::Implementation::readBytes(std::int64_t row,
   std::string failed = code == SQLITE_OK ? std::string() : failure();
   const auto size =
       static_cast<std::size_t>(code == SQLITE_OK ? sqlite3_blob_bytes(blob_) : 0);
-  if (size > file_.file().size() + file_.log().size() || size > max_chunk_bytes)
+  if (size > file_.file().size() + file_.log().size())
     failed = "it has " + std::to_string(size) + " bytes, which are not there";
   if (failed.empty()) {
     bytes.resize(size);

@@ -254,6 +254,7 @@ BagEncoding::encodeAll()
 void
 BagEncoding::take(const std::shared_ptr<CloudInWork>& cloud)
 {
+  has_clouds_ = true;
   Stream& stream = *streams_[cloud->cloud.stream];
   const pcl::PCLPointCloud2& points = cloud->cloud.cloud;
   if (input_->size() == 1 && !cloud->cloud.is_unread)
@@ -405,6 +406,19 @@ BagEncoding::sumUp()
   summary_.bytes_a_second = bytesASecond();
 }
 
+std::string
+BagEncoding::whyNoFrames() const
+{
+  if (summary_.sums.clouds_left_out > 0)
+    return "--max-rate has no room for any cloud";
+  if (has_clouds_ || !input_->isBag() || isInterrupted() || !input_->damage().empty())
+    return "no cloud could be encoded";
+  std::string topics;
+  for (const std::string& topic : input_->streams())
+    topics += (topics.empty() ? "" : ", ") + topic;
+  return "no cloud could be encoded: there are no messages of " + topics;
+}
+
 int
 BagEncoding::finish()
 {
@@ -429,12 +443,9 @@ BagEncoding::finish()
     has_wrong_option = true;
   }
   if (summary_.sums.frames == 0) {
-    output_.reset(); // which removes a file that holds nothing
-    throw std::runtime_error((summary_.sums.clouds_left_out > 0
-                                  ? "--max-rate has no room for any cloud; '"
-                                  : "no cloud could be encoded; '") +
-                             options_.output.path + "' was not written" +
-                             describeUnfinished(options_.output.path));
+    output_->discard();
+    throw std::runtime_error(whyNoFrames() + "; '" + options_.output.path +
+                             "' was not written");
   }
   if (input_->bag() != nullptr && output_->isBag())
     output_->copyExtras(*input_->bag());

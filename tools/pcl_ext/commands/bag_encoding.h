@@ -122,6 +122,9 @@ private:
   void
   sumUp();
 
+  std::string
+  whyNoFrames() const;
+
   int
   finish();
 
@@ -143,6 +146,7 @@ private:
   std::size_t clouds_in_flight_ = 0;
   std::size_t bytes_in_flight_ = 0;           // of messages
   std::shared_ptr<PlaceReader> other_reader_; // if they are left unread
+  bool has_clouds_ = false;                   // that may have failed
   bool is_cut_ = false; // by an interruption before a cloud was read
   std::vector<std::shared_ptr<CloudInWork>> unused_; // so that their memory is reused
   bool is_incomplete_ = false;

@@ -204,7 +204,7 @@ CopiedStreams::copyFrame(std::size_t number, const RecordingInput::Item& item)
     output_.copy(message_, frame_.description.is_i_frame);
     return;
   }
-  written_.message.log_time = written_.message.publish_time = item.time;
+  written_.message.log_time = written_.message.publish_time = frame_.time;
   written_.message.sequence = static_cast<std::uint32_t>(item.number);
   written_.cloud.stamp = frame_.stamp;
   written_.cloud.frame_id = frame_.frame_id;

@@ -53,7 +53,7 @@ DecodedBag::write(const RecordingInput::Item& item,
                   pcl::PCLPointCloud2& cloud,
                   RecordingInput& input)
 {
-  message_.log_time = message_.publish_time = item.time;
+  message_.log_time = message_.publish_time = frame.time;
   message_.sequence = static_cast<std::uint32_t>(item.number);
   if (item.has_message)
     throwUnlessOk(input.read(item, message_));

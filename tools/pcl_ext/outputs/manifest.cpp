@@ -158,11 +158,11 @@ Manifest::isDone(const BagToEncode& bag) const
                      "': name another folder, or replace it with --overwrite");
   }
   const bool has_options = textIn(line, "options") == options_;
-  if (!has_options && !forgets_others_)
+  std::error_code error;
+  if (!has_options && !forgets_others_ && fs::exists(bag.output, error))
     throw UsageError("'" + bag.output + "' was encoded with other options, '" +
                      textIn(line, "options") +
                      "': name another folder, or encode all again with --overwrite");
-  std::error_code error;
   const std::uintmax_t size = fs::file_size(bag.output, error);
   const InputState recorded = {numberIn<std::uintmax_t>(line, "input_bytes"),
                                numberIn<std::int64_t>(line, "input_mtime_ns")};

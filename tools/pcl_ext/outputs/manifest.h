@@ -58,7 +58,8 @@ public:
   operator=(const Manifest&) = delete;
 
   /** \brief True if a recording of a bag is complete and the bag unchanged.
-   * \throws UsageError if it is one of another bag, or was encoded with other options
+   * \throws UsageError if it is one of another bag, or what is at its place was encoded
+   * with other options
    */
   bool
   isDone(const BagToEncode& bag) const;

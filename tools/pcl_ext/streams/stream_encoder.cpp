@@ -9,6 +9,7 @@
 #include "console/exit_status.h"
 #include "options/setting_options.h"
 #include "options/text_values.h"
+#include "stream/version1_header.h"
 #include "streams/zero_field.h"
 
 #include <algorithm>
@@ -150,6 +151,13 @@ StreamEncoder::chooseLaw(const pcl::PCLPointCloud2& cloud)
   notePose(cloud);
   node_.emplace(settings);
   settings_ = settings;
+  if (!options_.namesFrame() && settings.carry_header &&
+      frame_id_.size() > io::max_frame_id_size)
+    throw UsageError("the frame_id of its clouds has " +
+                     std::to_string(frame_id_.size()) + " bytes, and frames carry " +
+                     std::to_string(io::max_frame_id_size) +
+                     " at most: name a shorter one with --frame-id, or encode with "
+                     "--no-header");
   if (!node_->settingsStatus().ok())
     throw UsageError(messageOf(node_->settingsStatus()));
 }
