@@ -224,7 +224,7 @@ CloudStages::encodeCloud(PointBatches& points,
   const bool may_be_scan =
       scans_ && !source.removesNoise() && scan_choice_->mayBeScan(is_i_frame_due);
   if (may_be_scan && collectScan(points, info, is_i_frame_due, status)) {
-    if (status.ok() && !encoder_.isIFrameDue() &&
+    if (status.ok() && !is_i_frame_due &&
         scan_choice_->triesAgain(voxelization_.points_used))
       return encodeAsIFrame(points, source, info, bytes);
     if (status.ok())
@@ -240,7 +240,7 @@ CloudStages::encodeCloud(PointBatches& points,
   return status;
 }
 
-/** \brief Begins again with a cloud. */
+/** \brief Begins again with a cloud that was taken for a P-frame. */
 CompressionStatus
 CloudStages::encodeAsIFrame(PointBatches& points,
                             CloudSource& source,
@@ -275,6 +275,7 @@ CloudStages::encodeVoxels(PointBatches& points,
                           const CloudInfo& info,
                           std::vector<std::uint8_t>& bytes)
 {
+  const bool is_i_frame_due = encoder_.isIFrameDue();
   if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
       !status.ok())
     return status;
@@ -285,14 +286,14 @@ CloudStages::encodeVoxels(PointBatches& points,
     // A scan holds all points.
     scan_choice_->takeScan();
     const VoxelizationStatistics of_voxels = voxelization_;
-    constexpr bool is_i_frame_due = true;
-    if (CompressionStatus status; collectScan(points, info, is_i_frame_due, status)) {
+    constexpr bool is_i_frame = true;
+    if (CompressionStatus status; collectScan(points, info, is_i_frame, status)) {
       encoder_.requestIFrame();
       return status.ok() ? encodeScan(points, info, bytes) : status;
     }
     voxelization_ = of_voxels;
   }
-  else if (scan_choice_ && !source.removesNoise() && !encoder_.isIFrameDue() &&
+  else if (scan_choice_ && !source.removesNoise() && !is_i_frame_due &&
            scan_choice_->triesAgain(voxelization_.points_used))
     return encodeAsIFrame(points, source, info, bytes);
   source.removeNoise(frame_);

@@ -44,7 +44,7 @@ public:
   /** \brief Finds the rays of a cloud.
    * \param[in] cloud not empty
    * \param[in] columns of its points, if it has rings
-   * \param[in] pose sensor -> world, metres
+   * \param[in] told sensor -> world, metres
    * \param[in] may_change_depths on them, which takes an I-frame
    * \param[in] layout size and order of its scan
    * \return whether there are any
@@ -52,7 +52,7 @@ public:
   bool
   fit(const SensorCloud& cloud,
       const ScanColumns& columns,
-      const WorldPose& pose,
+      const WorldPose& told,
       const VoxelGrid& grid,
       bool may_change_depths,
       const scan::ScanLayout& layout);
@@ -75,7 +75,7 @@ public:
   bool
   set(const SensorCloud& cloud,
       const ScanColumns& columns,
-      const WorldPose& pose,
+      const WorldPose& told,
       scan::ScanFrame& frame);
 
   /** \brief Whether the rays of points may be turned from those of their pixels, see

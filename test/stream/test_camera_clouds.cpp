@@ -229,11 +229,15 @@ TEST(CameraClouds, AreFoundAfterOneOfAFewPoints)
   const OrganisedCloud camera = withoutMissing(cameraCloud(WorldPose::Identity(), 1));
   OrganisedCloud few = camera;
   few.coordinates.resize(300);
-  CameraStream stream(settingsOf(true));
-  stream.encode(few);
-  stream.encode(camera);
-  EXPECT_TRUE(stream.description.is_i_frame);
-  EXPECT_GE(stream.description.scan.height, 60u);
+  for (const bool keeps_order : {false, true}) {
+    CloudEncoder encoder(settingsOf(keeps_order), IntensityUnit::None);
+    Bytes bytes;
+    for (const OrganisedCloud& cloud : {few, camera})
+      ASSERT_TRUE(encoder.encode(viewOf(cloud), {cloud.pose}, bytes).ok());
+    const FrameDescription described = describeFrame(bytes.data(), bytes.size());
+    EXPECT_TRUE(described.is_i_frame);
+    EXPECT_GE(described.scan.height, 60u) << keeps_order;
+  }
 }
 
 TEST(CameraClouds, AreFoundAgainAfterAnOddOne)

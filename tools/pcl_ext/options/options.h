@@ -224,7 +224,7 @@ addOverwrite(CLI::App& app, bool& may_replace)
 {
   return app.add_flag("--overwrite",
                       may_replace,
-                      "replace OUT, if it is a file, or files of the same names in it");
+                      "replace OUT, if it is a file, or an earlier run's clouds in it");
 }
 
 /** \brief Adds the input of a command, and the output, which are required. */

@@ -69,8 +69,9 @@ public:
 
   /** \brief Moves all files to their place, where they replace those of their names, and
    * then removes the other clouds of an earlier run there. Clouds of others that would be
-   * mixed with them are a failure. After an interruption the earlier ones stay. Where that or a failure keeps
-   * files from their place, they stay in the unfinished folder, which is named.
+   * mixed with them are a failure. After an interruption the earlier ones stay. Where
+   * that or a failure keeps files from their place, they stay in the unfinished folder,
+   * which is named.
    * \return what became of what was there, for the summary; empty if nothing
    */
   std::string
