@@ -27,11 +27,7 @@ StreamState::complete(Version1Header& header) const
 void
 StreamState::prepareChanges(const Version1Header& header, const VoxelFrame& frame)
 {
-  keeps_frame_ =
-      header.content.hasVoxelsAlone() &&
-      changes::ChangeCoder::mayFollow(header.is_i_frame,
-                                      frame.size(),
-                                      static_cast<std::size_t>(header.payload_size));
+  keeps_frame_ = header.content.hasVoxelsAlone();
   if (!keeps_frame_)
     return;
   if (!changes)

@@ -114,6 +114,7 @@ Version1Encoder::hasFewChanges(const VoxelFrame& frame)
   return state_.mayBeFollowedByChanges() &&
          mayHaveFewChanges(
              frame.size(), state_.changes->blockCount(), frame.depth_model) &&
+         !state_.changes->hasOtherVoxels(frame) &&
          areFew(state_.changes->countChanges(work_, frame), frame.size());
 }
 
@@ -213,8 +214,6 @@ void
 Version1Encoder::learn(std::uint32_t checksum, bool has_depth_model)
 {
   state_.learn(header_, checksum);
-  needs_replacement_ |=
-      !header_.is_i_frame && was_of_changes_ && !state_.mayBeFollowedByChanges();
   was_of_changes_ = header_.is_of_changes;
   had_depth_model_ = has_depth_model;
 }

@@ -104,9 +104,7 @@ public:
          CodedFrameStatistics& statistics);
 
   /** \brief Whether the last frame had better be replaced by an I-frame: a P-frame that
-   * has so few bytes that decoders of default limits refuse it, see frameLimits(), or one
-   * after frames of changes that no such frame may follow: the history knows little of
-   * it, and an I-frame takes hardly more bytes. */
+   * has so few bytes that decoders of default limits refuse it, see frameLimits(). */
   bool
   needsReplacement() const
   {

@@ -35,13 +35,9 @@ class ChangesMemory:
     numbers: Models = field(default_factory=Models)
     may_follow: bool = False
 
-    def after_whole(
-        self, voxels: Voxels, is_i_frame: bool, payload_size: int
-    ) -> "ChangesMemory":
+    def after_whole(self, voxels: Voxels, is_i_frame: bool) -> "ChangesMemory":
         """The memory after a frame that is not one of changes."""
         start = ChangesMemory() if is_i_frame else self
-        if not is_i_frame and payload_size > len(voxels.keys) // 4:
-            return replace(start, may_follow=False)
         symbols = voxels.symbols or len(voxels.keys) * [0]
         return replace(
             start,

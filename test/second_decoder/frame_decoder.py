@@ -192,8 +192,7 @@ class FrameDecoder:
             )
             self._kept = replace(kept, changes_memory=changes_memory)
             return self._frame(header, kept, voxels)
-        payload_size = len(payload)
-        unpadded = payload_size - header.padding_size
+        unpadded = len(payload) - header.padding_size
         require(not any(payload[unpadded:]), "padding has other bytes than 0")
         payload = payload[:unpadded]
         if kept.content.scan is not None:
@@ -251,7 +250,7 @@ class FrameDecoder:
         changes_memory = ChangesMemory()
         if kept.content.has_voxels_alone:
             changes_memory = kept.changes_memory.after_whole(
-                voxels, header.is_i_frame, payload_size
+                voxels, header.is_i_frame
             )
         self._kept = replace(
             kept,

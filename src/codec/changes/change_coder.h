@@ -25,17 +25,6 @@ namespace changes {
  * exception it may only be destroyed. */
 class ChangeCoder {
 public:
-  /** \brief Whether a frame of changes may follow another frame than one of changes:
-   * the bytes tell whether most of its voxels were known, so that others are not
-   * copied.
-   * \param[in] payload_size bytes
-   */
-  static bool
-  mayFollow(bool is_i_frame, std::size_t voxel_count, std::size_t payload_size)
-  {
-    return is_i_frame || payload_size <= voxel_count / 4;
-  }
-
   /** \brief Copies another frame than one of changes, which learnWhole() has to
    * follow, or nothing if the frame is invalid. */
   void
@@ -60,6 +49,14 @@ public:
   {
     has_last_frame_ = false;
   }
+
+  /** \brief For an encoder: whether most of a sample of a frame's voxels are not in the
+   * last one, if no frame of changes refers to that yet. Then comparing all is of no use:
+   * those of a moving sensor cost hardly any time.
+   * \param[in] frame with 1 voxel or more, of the grid and scale of the last one
+   */
+  bool
+  hasOtherVoxels(const VoxelFrame& frame) const;
 
   /** \brief For an encoder: compares a frame with the last one.
    * \param[in,out] memory for the frame

@@ -52,6 +52,27 @@ addChange(const LastFrame& last,
 
 } // namespace
 
+bool
+ChangeCoder::hasOtherVoxels(const VoxelFrame& frame) const
+{
+  constexpr std::size_t samples = 64;
+  if (last_keys_.empty())
+    return false;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < samples; ++i) {
+    const std::size_t voxel = i * frame.size() / samples;
+    const auto last =
+        std::lower_bound(last_keys_.begin(), last_keys_.end(), frame.keys[voxel]);
+    const bool is_same =
+        last != last_keys_.end() && *last == frame.keys[voxel] &&
+        (!frame.hasIntensities() ||
+         last_.symbols[static_cast<std::size_t>(last - last_keys_.begin())] ==
+             frame.intensities[voxel]);
+    others += is_same ? 0 : 1;
+  }
+  return 2 * others > samples;
+}
+
 std::size_t
 ChangeCoder::countChanges(CodingWorkspace& memory, const VoxelFrame& frame)
 {
