@@ -40,7 +40,10 @@ public:
   void
   addIFrame()
   {
-    if (state_ != State::Paused || --pause_left_ == 0)
+    // The history of a moving sensor is long before it has learned.
+    if (state_ == State::Learning && loss_ > 0)
+      beginPause();
+    else if (state_ != State::Paused || --pause_left_ == 0)
       beginLearning();
   }
 
