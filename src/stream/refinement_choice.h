@@ -13,8 +13,8 @@
 namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief Decides for an encoder whether I-frames are coded as coarse voxels that are
- * refined, which codes noise in fewer bytes than the history does, and what is seen again
- * in more. */
+ * refined, which codes noise in a part of the time, and what is seen again in more
+ * bytes. */
 class RefinementChoice {
 public:
   /** \brief Levels of the refinement of an I-frame; 0: none. */
@@ -22,28 +22,6 @@ public:
   levelsFor(const VoxelFrame& frame) const
   {
     return is_useful_ ? supplement::chooseRefinement(frame) : 0;
-  }
-
-  /** \brief Whether a frame is to be encoded without a refinement, too: the first large
-   * one, as where walls and floors are flat that takes fewer bytes, and more time.
-   * endTrial() has to follow. */
-  bool
-  beginTrial(const VoxelFrame& frame)
-  {
-    constexpr std::size_t large_frame = std::size_t{1} << 18;
-    constexpr double smallest_edge = 0.002; // of smaller ones most bits are noise
-    if (was_tried_ || frame.size() < large_frame ||
-        frame.grid.resolution < smallest_edge)
-      return false;
-    was_tried_ = true;
-    is_useful_ = false;
-    return true;
-  }
-
-  void
-  endTrial(bool is_useful)
-  {
-    is_useful_ = is_useful;
   }
 
   /** \brief Learns how many voxels of a P-frame without a refinement are tracked. */
@@ -83,7 +61,6 @@ public:
 
 private:
   bool is_useful_ = true; // by the previous frames
-  bool was_tried_ = false;
   std::vector<std::uint64_t> last_keys_;
 };
 

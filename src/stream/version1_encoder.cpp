@@ -287,22 +287,12 @@ Version1Encoder::beginHeader(bool is_i_frame, const std::optional<FrameStamp>& s
     state_.complete(header);
 }
 
-/** \brief Encodes payload and supplement of an I-frame, with a refinement or without. */
+/** \brief Encodes payload and supplement of an I-frame. */
 PayloadSizes
 Version1Encoder::encodeIFrame(const VoxelFrame& frame)
 {
-  const auto encode = [&] {
-    setContent(frame);
-    return encodeContent(frame, codedVoxels(frame));
-  };
-  const PayloadSizes sizes = encode();
-  if (header_.content.refinement_levels == 0 || !refinement_choice_.beginTrial(frame))
-    return sizes;
-  const std::size_t size = payload_.size();
-  const PayloadSizes sizes_without = encode();
-  const bool is_useful = payload_.size() > size;
-  refinement_choice_.endTrial(is_useful);
-  return is_useful ? encode() : sizes_without;
+  setContent(frame);
+  return encodeContent(frame, codedVoxels(frame));
 }
 
 /** \brief Encodes payload and supplement of a P-frame. */

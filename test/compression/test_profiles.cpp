@@ -148,8 +148,7 @@ TEST(CompressionProfiles, MillionsOfVoxelsAreDecodedByTheSameClass)
 
 TEST(CompressionProfiles, FlatMapsTakeFewerBytesThanTheirCoordinatesHaveBits)
 {
-  // A floor at random, 1,700 points a square metre. Coded as coarse voxels with the
-  // bits of their points they take 8.4 bits a point; PCL's class takes 8.8.
+  // A floor at random, 1,700 points a square metre. PCL's class takes 8.8 bits a point.
   constexpr std::size_t points = 300000;
   constexpr float side = 13.3f;
   std::mt19937 random(7);

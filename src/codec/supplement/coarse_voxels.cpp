@@ -25,9 +25,11 @@ countCoarseVoxels(const std::vector<std::uint64_t>& keys, unsigned int levels)
 unsigned int
 chooseRefinement(const VoxelFrame& frame)
 {
-  constexpr double largest_edge = 0.005;
   constexpr std::size_t least_voxels = 1024;
+  // The models of the coders learn what is not noise in so many voxels.
+  constexpr std::size_t many_voxels = std::size_t{1} << 14;
   const std::size_t count = frame.size();
+  const double largest_edge = count < many_voxels ? 0.005 : 0.0005;
   // On a surface that is sampled densely enough a branch has three or four voxels.
   if (frame.grid.resolution > largest_edge || count < least_voxels ||
       5 * countCoarseVoxels(frame.keys, 1) < 4 * count)

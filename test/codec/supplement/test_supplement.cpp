@@ -253,6 +253,15 @@ TEST(Refinement, IsChosenWhereVoxelsAreAlone)
   other = fine;
   other.keys.resize(1023);
   EXPECT_EQ(supplement::chooseRefinement(other), 0u);
+  // In many voxels the coders find what is not noise.
+  other.keys.clear();
+  for (std::uint64_t i = 0; i < 16384; ++i)
+    other.keys.push_back(i << 12);
+  EXPECT_GE(supplement::chooseRefinement(other), 4u);
+  other.grid.resolution = 0.00051;
+  EXPECT_EQ(supplement::chooseRefinement(other), 0u);
+  other.keys.pop_back();
+  EXPECT_GE(supplement::chooseRefinement(other), 4u);
 }
 
 TEST(Refinement, EndsWhereVoxelsComeAgain)
