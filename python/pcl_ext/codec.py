@@ -163,12 +163,15 @@ class Encoder(Unique):
     intensity_bits : int
         Bits of an intensity, 1 to 16; 0: automatic.
     intensity_range : float
-        Intensity at the top of the scale; 0: automatic, without few values that are far
-        from the others, of whose number a `CompressionWarning` tells.
+        Intensity at the top of the scale: points, for "quadratic" and "linear" shares of a
+        face (1: a whole one, which is decoded as 255), else as in the clouds; 0: automatic,
+        without few values that are far from the others, of whose number a
+        `CompressionWarning` tells.
     intensity_curve : str
         "linear", or "companded": small numbers exact, then steps that grow.
     aggregation : str
-        "sum" or "mean" of a voxel's points; "automatic": the mean with the law "native".
+        "sum" or, with the law "native" only, "mean" of a voxel's points; "automatic": the
+        mean with "native" in "version1".
     depth_law : (int, float, float), optional
         For native intensities that already follow the quadratic law (exponent 2) or the
         linear one (1): exponent, cut-off depth in metres, intensity of a full voxel face. A

@@ -177,8 +177,24 @@ refuseContradictions(const Keywords& keywords, const ArrayEncoderSettings& setti
 {
   const io::EncoderSettings& codec = settings.codec;
   if (settings.law)
-    if (const auto fault = io::orderFault(codec, *settings.law))
+    if (const auto fault = io::lawFault(codec, *settings.law))
       throw py::value_error(fault->withIds());
+  for (const io::EncoderSetting& setting : io::encoderSettingTable()) {
+    if (valueOf(setting, codec) == valueOf(setting, io::EncoderSettings()))
+      continue;
+    if (const SettingText need = unmetNeedOf(setting, codec); !need.marked.empty())
+      keywords.refuse(setting.id.c_str(), "left out without " + need.withIds());
+    if (settings.law == IntensityLaw::None && needsIntensities(setting))
+      keywords.refuse(setting.id.c_str(), "left out with the law 'none'");
+  }
+  const auto refuse_with_law = [&](const char* name) {
+    if (keywords.isSet(name))
+      keywords.refuse(name, "None with the law '" + nameOf(*settings.law) + '\'');
+  };
+  if (settings.law && !needsSensor(*settings.law))
+    refuse_with_law("sensor");
+  if (settings.law && settings.law != IntensityLaw::Native)
+    refuse_with_law("depth_law");
   if (codec.format == io::StreamFormat::Published && keywords.isSet("frame_id"))
     keywords.refuse("frame_id", "None in the published layout");
   if (!codec.use_coordinate_step)

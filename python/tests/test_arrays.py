@@ -101,6 +101,13 @@ def test_types_of_intensity(room, random, type_of_number):
     assert frame_of(points, numbers) == expected
 
 
+def test_an_intensity_beyond_floats_is_told():
+    encoder = pcl_ext.Encoder(law="native")
+    words = "1 of 2 points have an intensity that is not finite as a float"
+    with pytest.warns(pcl_ext.CompressionWarning, match=words):
+        encoder.encode(np.ones((2, 3)), np.array([1e300, 5]))
+
+
 def test_column_of_a_matrix_as_intensity(room, random):
     """As a KITTI file: x, y, z and reflectance."""
     rows = np.column_stack((room, random.random(len(room), "f4")))

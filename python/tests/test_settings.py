@@ -62,6 +62,42 @@ BAD_SETTINGS = [
         ValueError,
         "frame_id is 'a'; it must be None in the published layout",
     ),
+    *(
+        ({name: 0.4}, ValueError, f"{name} is 0.4; it must be left out without max_rate$")
+        for name in ("rate_buffer", "rate_sent_share")
+    ),
+    (
+        {"rate_doublings": 1},
+        ValueError,
+        "rate_doublings is 1; it must be left out without max_rate or max_encode_ms",
+    ),
+    *(
+        (
+            {"law": "none", **other},
+            ValueError,
+            f"{next(iter(other))} is .*; it must be left out with the law 'none'",
+        )
+        for other in (
+            {"intensity_bits": 4},
+            {"intensity_range": 9.0},
+            {"intensity_curve": "companded"},
+            {"aggregation": "sum"},
+        )
+    ),
+    *(
+        (
+            {"law": "count", **other},
+            ValueError,
+            f"{next(iter(other))} is .*; it must be None with the law 'count'",
+        )
+        for other in ({"sensor": "kinect_v2"}, {"depth_law": (2, 14.0, 255.0)})
+    ),
+    (
+        {"aggregation": "mean", "law": "count"},
+        ValueError,
+        "aggregation is mean; it must be sum or automatic with law count, whose "
+        "intensities are sums over the points of a voxel",
+    ),
     (
         {"keep_order": True, "law": "count"},
         ValueError,

@@ -137,7 +137,7 @@ checkSettings(const SensorNodeSettings& settings)
   if (needsSensor(settings.law))
     if (const SensorNodeStatus status = checkSensor(*settings.sensor); !status.ok())
       return status;
-  if (const auto fault = io::orderFault(settings.compression, settings.law))
+  if (const auto fault = io::lawFault(settings.compression, settings.law))
     return invalid(*fault);
   if (settings.outlier_removal)
     if (const auto fault = outlierRemovalFault(settings))

@@ -153,6 +153,26 @@ demandOf(const EncoderSetting& setting)
          (range.zero.empty() ? "" : separator + range.zero);
 }
 
+bool
+needsIntensities(const EncoderSetting& setting)
+{
+  return std::count(setting.needs.begin(), setting.needs.end(), "law") != 0;
+}
+
+SettingText
+unmetNeedOf(const EncoderSetting& setting, const EncoderSettings& settings)
+{
+  std::string text;
+  for (const EncoderSetting& other : encoderSettingTable()) {
+    if (std::count(setting.needs.begin(), setting.needs.end(), other.id) == 0)
+      continue;
+    if (valueOf(other, settings) != valueOf(other, EncoderSettings()))
+      return {};
+    text += (text.empty() ? "{" : " or {") + other.id + '}';
+  }
+  return {text};
+}
+
 SettingText
 helpOf(const EncoderSetting& setting)
 {

@@ -79,6 +79,8 @@ struct EncoderSetting {
   std::string help;
   SettingOption option;
   NotOffered not_offered;
+  /** \brief It has no effect while all of these are 0, or the law is None: "law". */
+  std::vector<std::string> needs = {};
 };
 
 using EncoderSettingTable = std::vector<EncoderSetting>;
@@ -113,6 +115,15 @@ setValue(const EncoderSetting& setting,
 /** \brief What a setting must be: "2 to 64 frames, or 0 for off". */
 PCL_EXT_CODEC_EXPORT std::string
 demandOf(const EncoderSetting& setting);
+
+/** \brief Whether a setting has no effect with the law None. */
+PCL_EXT_CODEC_EXPORT bool
+needsIntensities(const EncoderSetting& setting);
+
+/** \brief What has to be set for a setting to have an effect: "{max_rate} or
+ * {max_encode_ms}"; empty if it is. */
+PCL_EXT_CODEC_EXPORT SettingText
+unmetNeedOf(const EncoderSetting& setting, const EncoderSettings& settings);
 
 /** \brief What a setting is for, in one sentence with what 0 stands for. */
 PCL_EXT_CODEC_EXPORT SettingText

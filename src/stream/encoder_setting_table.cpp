@@ -207,19 +207,24 @@ addIntensities(EncoderSettingTable& table)
                    "Intensity of several points in a voxel; automatic: mean for native "
                    "in version1, else sum.",
                    {"--aggregation", "", "of the intensities in a voxel"},
-                   {}});
+                   {},
+                   {"law"}});
   table.push_back({"intensity_bits",
                    &S::intensity_bits,
                    {1.0, 16.0, "bits", "automatic"},
                    "Bits of an intensity; published: 8.",
                    {"--intensity-bits", "N", "of an intensity, 1 to 16"},
-                   {}});
+                   {},
+                   {"law"}});
   table.push_back({"intensity_range",
                    &S::intensity_range,
                    {0.0, largest_intensity, "of the intensity", "automatic"},
-                   "Top of the scale; published: 255.",
-                   {"--intensity-range", "I", "top of the scale"},
-                   {}});
+                   "Top of the scale: points, for quadratic and linear shares of a "
+                   "voxel face (1: a whole one, which is decoded as 255), else as in "
+                   "the clouds; published: 255.",
+                   {"--intensity-range", "I", "top of the scale, of a face 1"},
+                   {},
+                   {"law"}});
   table.push_back(
       {"intensity_curve",
        wordAccess<&S::intensity_curve, intensity_curves>(),
@@ -227,7 +232,8 @@ addIntensities(EncoderSettingTable& table)
        "Steps of the scale; companded: small intensities are exact, large "
        "ones rounded; published: linear.",
        {"--intensity-curve", "", "companded: small ones are exact, large ones rounded"},
-       {}});
+       {},
+       {"law"}});
   table.push_back({"colour_bits",
                    &S::colour_bits,
                    {1.0, 8.0, "bits", "none"},
@@ -331,7 +337,8 @@ addBudget(EncoderSettingTable& table)
                     "S",
                     "0.01 to 1 s at {max_rate} that a frame may take and wait",
                     OptionGroup::Budget},
-                   {}});
+                   {},
+                   {"max_rate"}});
   table.push_back({"max_encode_ms",
                    &S::max_encode_ms,
                    {0.1, 1e4, "ms", "no limit"},
@@ -351,7 +358,8 @@ addBudget(EncoderSettingTable& table)
                     "FRAMES",
                     "strongest that may be chosen, of a sensor at rest",
                     OptionGroup::Budget},
-                   {}});
+                   {},
+                   {"max_rate"}});
   table.push_back({"rate_sent_share",
                    &S::rate_sent_share,
                    {0.1, 1.0, "", ""},
@@ -362,7 +370,8 @@ addBudget(EncoderSettingTable& table)
                     "SHARE",
                     "of clouds, others are left out before voxels double",
                     OptionGroup::Budget},
-                   {}});
+                   {},
+                   {"max_rate"}});
   table.push_back({"rate_doublings",
                    &S::rate_doublings,
                    {0.0, 8.0, "", ""},
@@ -372,7 +381,8 @@ addBudget(EncoderSettingTable& table)
                     "N",
                     "how often the edge of a voxel may double",
                     OptionGroup::Budget},
-                   {}});
+                   {},
+                   {"max_rate", "max_encode_ms"}});
 }
 
 EncoderSettingTable

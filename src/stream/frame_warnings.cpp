@@ -106,7 +106,7 @@ warnOfPoints(const VoxelizationStatistics& cloud,
        text);
   warn(cloud.intensities_not_finite,
        cloud.points,
-       "points have an intensity that is not finite, which was taken as 0",
+       "points have an intensity that is not finite as a float, which was taken as 0",
        text);
   warn(cloud.colours_left_out,
        cloud.points,
@@ -188,6 +188,10 @@ remedyOfVanished(const EncoderSettings& settings, IntensityUnit unit)
   if (settings.format == StreamFormat::Published)
     return "the published layout has whole numbers of 0 to 255; scale them before, or "
            "use version 1";
+  if (unit == IntensityUnit::Share && settings.intensity_range > 1.0f)
+    return "set {intensity_range} to 1, which is a whole face, or less";
+  if (settings.intensity_range > 0.0f)
+    return "use a smaller {intensity_range} or more {intensity_bits}";
   if (unit == IntensityUnit::Native)
     return "set {intensity_range} to what the sensor has, without outliers";
   if (unit == IntensityUnit::Points && settings.intensity_bits == 0)
@@ -219,8 +223,9 @@ warnOfIntensities(const VoxelizationStatistics& cloud,
              : "voxels have an intensity beyond the scale and were set to its end: ",
          text,
          remedyOfHighIntensities(settings, is_native));
-  // Some are lost to rounding in any case.
-  if (2 * cloud.intensities_vanished > cloud.voxels)
+  // On an automatic scale some are lost to rounding in any case.
+  const std::size_t one_of = settings.intensity_range > 0.0f ? 16 : 2;
+  if (one_of * cloud.intensities_vanished > cloud.voxels)
     warn(cloud.intensities_vanished,
          cloud.voxels,
          has_points ? "points have an intensity of less than half a step of the "

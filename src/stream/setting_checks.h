@@ -42,16 +42,24 @@ boxFault(const char* id, const BoundingBox& box)
   return std::nullopt;
 }
 
-/** \brief Why clouds of a law cannot be kept in order, if that is asked for. */
+/** \brief Why clouds of a law that counts points cannot have an order or a mean, if
+ * that is asked for. */
 inline std::optional<SettingText>
-orderFault(const EncoderSettings& settings, IntensityLaw law)
+lawFault(const EncoderSettings& settings, IntensityLaw law)
 {
-  if (!settings.keep_order || law == IntensityLaw::Native || law == IntensityLaw::None)
+  if (law == IntensityLaw::Native || law == IntensityLaw::None)
     return std::nullopt;
-  return invalidText("law",
-                     nameOf(law),
-                     "native or none with {keep_order}, as points in order have no "
-                     "counts or shares of voxels");
+  if (settings.keep_order)
+    return invalidText("law",
+                       nameOf(law),
+                       "native or none with {keep_order}, as points in order have no "
+                       "counts or shares of voxels");
+  if (settings.aggregation == Aggregation::Mean)
+    return invalidText("aggregation",
+                       "mean",
+                       "sum or automatic with {law} " + nameOf(law) +
+                           ", whose intensities are sums over the points of a voxel");
+  return std::nullopt;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

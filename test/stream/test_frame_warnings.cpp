@@ -230,7 +230,28 @@ TEST(FrameWarnings, CountsThatVanish)
   settings.intensity_bits = 4;
   settings.intensity_range = 300.0f;
   expectWarning(encode(settings, IntensityUnit::Points, viewOf(points)),
-                "which became 0: use more intensity_bits");
+                "which became 0: use a smaller intensity_range or more intensity_bits");
+}
+
+TEST(FrameWarnings, IntensitiesThatVanishByARangeThatIsTooLarge)
+{
+  // A tenth of them; on an automatic scale that is not told.
+  Points points;
+  for (int i = 0; i < 100; ++i)
+    points.push_back({static_cast<float>(i), 0.0f, 1.0f, i < 10 ? 0.001f : 0.9f});
+  for (const auto& [unit, remedy] :
+       {std::pair(IntensityUnit::Points, "use a smaller intensity_range or more"),
+        std::pair(IntensityUnit::Share,
+                  "set intensity_range to 1, which is a whole")}) {
+    IntensityCompressionSettings settings = settingsAt(0.01);
+    settings.intensity_bits = 8;
+    EXPECT_FALSE(encode(settings, unit, viewOf(points)).hasWarning());
+    settings.intensity_range = 2.0f;
+    expectWarning(encode(settings, unit, viewOf(points)),
+                  "10 of 100 voxels have an intensity of less than half a step of the "
+                  "scale, which became 0: " +
+                      std::string(remedy));
+  }
 }
 
 TEST(FrameWarnings, IntensitiesOfScansAreThoseOfPoints)

@@ -40,8 +40,11 @@ isPoseOf(const std::string& given, const std::string& stream)
 std::vector<std::string>
 scaleOptions()
 {
-  return {
-      "--intensity-bits", "--intensity-range", "--intensity-curve", "--aggregation"};
+  std::vector<std::string> options;
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    if (needsIntensities(setting))
+      options.push_back(optionOf(setting.id));
+  return options;
 }
 
 /** \brief Numbers with commas between them, which are read as the same numbers. */
@@ -215,14 +218,11 @@ EncodingOptions::checkFrameId(bool has_messages) const
 void
 EncodingOptions::checkBudget() const
 {
-  if (codec_.max_rate == 0.0)
-    refuseOptions(*app_,
-                  {"--rate-buffer", "--rate-temporal-filter", "--rate-sent-share"},
-                  "has no effect without a limit: add --max-rate");
-  if (codec_.max_rate == 0.0 && codec_.max_encode_ms == 0.0)
-    refuseOptions(*app_,
-                  {"--rate-doublings"},
-                  "has no effect without a limit: add --max-rate or --max-encode-ms");
+  for (const io::EncoderSetting& setting : io::encoderSettingTable())
+    if (const SettingText need = unmetNeedOf(setting, codec_); !need.marked.empty())
+      refuseOptions(*app_,
+                    {optionOf(setting.id)},
+                    "has no effect without a limit: add " + need.with(optionOf));
 }
 
 void
