@@ -280,7 +280,8 @@ class Recording(Unique):
         number : int
             Number of the frame in its stream, from 0.
         outliers : OutlierRemoval, optional
-            Removes noise; for the frames of one stream, in order.
+            Removes noise; for the frames of one stream, in order. Its unit "automatic" is
+            that of the intensity_law in the metadata of the stream, where it is known.
         min_intensity : float, optional
             Voxels of lower intensity are removed, after the outliers.
 
@@ -300,10 +301,15 @@ class Recording(Unique):
             As `Decoder.decode`, the first time of a recording.
         """
         index = self._index(stream)
+        filtering = removal(outliers)
+        if filtering is not None:
+            known = self._streams[index].metadata
+            law = known.get("intensity_law", "")
+            filtering.set_stream(law, known.get("sensor") == "lidar")
         cloud, code, message = self._native.decode(
             index,
             self._number(index, number),
-            removal(outliers),
+            filtering,
             least_intensity(min_intensity),
         )
         self._status = Status(code, message)

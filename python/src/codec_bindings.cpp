@@ -300,6 +300,15 @@ addOutlierRemoval(py::module_& module)
            }),
            "settings"_a)
       .def("score", &score, "decoder"_a)
+      .def(
+          "set_stream",
+          [](OutlierFilter& outliers, const std::string& law, bool is_of_lidar) {
+            withoutGil([&] {
+              outliers.setStream(valueNamed(intensity_laws, law), is_of_lidar);
+            });
+          },
+          "law"_a,
+          "is_of_lidar"_a)
       .def("reset", &resetFilter<OutlierFilter>)
       .def("unit",
            [](const OutlierFilter& outliers) {

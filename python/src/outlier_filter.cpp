@@ -1,13 +1,40 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outlier_filter.h"
 
+#include "outliers/unit_choice.h"
+
+#include <utility>
+#include <variant>
+
 namespace pcl_ext {
 namespace python {
+
+void
+OutlierFilter::setStream(const std::optional<IntensityLaw>& law, bool is_of_lidar)
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  law_ = law;
+  is_of_lidar_ = is_of_lidar;
+}
+
+void
+OutlierFilter::reset()
+{
+  const std::lock_guard<std::mutex> lock(mutex_);
+  filter_ = VoxelOutlierRemoval(settings_);
+  is_begun_ = false;
+}
 
 void
 OutlierFilter::filter(io::VoxelFrame& frame)
 {
   const std::lock_guard<std::mutex> lock(mutex_);
+  const auto* const automatic = std::get_if<AutomaticUnit>(&settings_.unit);
+  if (!std::exchange(is_begun_, true) && automatic != nullptr && law_) {
+    VoxelOutlierRemovalSettings settings = settings_;
+    settings.unit = automaticUnitOf(frame, law_, is_of_lidar_, *automatic);
+    filter_ = VoxelOutlierRemoval(settings);
+  }
   status_ = filter_.filter(frame);
 }
 

@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/filters/point_outlier_removal.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
+#include <pcl_ext/intensity/intensity_law.h>
 
 #include "cloud_columns.h"
 #include "shared_filter.h"
@@ -18,7 +19,17 @@ namespace python {
 
 class OutlierFilter : public SharedFilter<VoxelOutlierRemoval, OutlierRemovalStatus> {
 public:
-  using SharedFilter::SharedFilter;
+  explicit OutlierFilter(const VoxelOutlierRemovalSettings& settings)
+  : SharedFilter(settings), settings_(settings)
+  {}
+
+  /** \brief Tells what is known of the stream, before its first frame: the law of its
+   * intensities and whether it is a lidar's, which the unit Automatic follows. */
+  void
+  setStream(const std::optional<IntensityLaw>& law, bool is_of_lidar);
+
+  void
+  reset();
 
   /** \brief Filters the stream's next frame. */
   void
@@ -31,6 +42,12 @@ public:
   /** \brief What the last frame was judged by. */
   DensityUnit
   unit() const;
+
+private:
+  VoxelOutlierRemovalSettings settings_;
+  std::optional<IntensityLaw> law_; // of the stream
+  bool is_of_lidar_ = false;
+  bool is_begun_ = false; // the stream has had a frame
 };
 
 class PointFilter : public SharedFilter<PointOutlierRemoval, OutlierRemovalStatus> {

@@ -242,6 +242,34 @@ def test_noise_is_removed(two_streams):
         np.testing.assert_array_equal(cloud, expected)
 
 
+@pytest.mark.parametrize(
+    "metadata, unit",
+    [
+        ({"intensity_law": "count"}, "points"),
+        ({"intensity_law": "count", "sensor": "lidar"}, "voxels"),
+        ({"intensity_law": "quadratic"}, "faces"),
+        ({"intensity_law": "?"}, "voxels"),
+        ({}, "voxels"),
+    ],
+)
+def test_noise_is_judged_by_the_law_of_the_recording(tmp_path, random, metadata, unit):
+    encoder = pcl_ext.Encoder(0.04, law="count", colour_bits=0)
+    path = tmp_path / "x.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("/camera", metadata=metadata)
+        for i in range(2):
+            writer.append(stream, encoder.encode(random.uniform(0, 1, (5000, 3))), time=i)
+    recording = pcl_ext.open(path)
+    removal = pcl_ext.OutlierRemoval()
+    named = pcl_ext.OutlierRemoval(unit)
+    for i in range(2):
+        cloud = recording.frame(0, i, outliers=removal)
+        np.testing.assert_array_equal(cloud, recording.frame(0, i, outliers=named))
+        assert removal.unit == unit
+    removal.reset()
+    assert removal.unit == "automatic"
+
+
 def test_seek(two_streams):
     path, _ = two_streams
     recording = pcl_ext.open(path)

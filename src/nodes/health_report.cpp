@@ -163,8 +163,7 @@ describeHealth(const SenderHealth& now, const SenderHealth& before, Time time)
                  "Points are left out, as they are outside the grid of voxels");
   if (node.outliers_stay)
     report.raise(HealthLevel::Warning,
-                 "Outliers stay, as the voxels of the rate control are too large to be "
-                 "judged");
+                 "Outliers stay, as voxels of this edge are not judged");
   if (node.outliers_removed > node.frame.coding.voxels)
     report.raise(HealthLevel::Warning, "Most voxels are removed as outliers");
   if (node.points_removed > node.frame.voxelization.points_used)

@@ -99,6 +99,10 @@ private:
     SensorNodeStatus status(SensorNodeCode::Ok, encoded.text());
     if (encoder_->statistics().is_step_new)
       status = withChange(status, encoder_->rateControlStatus());
+    // That of the rate control is told by the statistics.
+    const double edge = settings_.compression.resolution;
+    if (doOutliersStay() && !VoxelOutlierRemoval::isMadeFor(edge))
+      status = withWarning(status, "outliers stay: " + unjudgedEdge(edge).marked);
     if (!sensor_to_world)
       status = {
           SensorNodeCode::UsedLastTransform,
@@ -164,11 +168,25 @@ private:
   }
 
   static SensorNodeStatus
-  withChange(const SensorNodeStatus& status, const io::RateControlStatus& rate)
+  withWarning(const SensorNodeStatus& status, const std::string& marked)
   {
     return {status.code(),
             SettingText{status.text().marked + (status.message().empty() ? "" : "; ") +
-                        "rate control: " + rate.choice + ", as " + rate.reason}};
+                        marked}};
+  }
+
+  static SensorNodeStatus
+  withChange(const SensorNodeStatus& status, const io::RateControlStatus& rate)
+  {
+    return withWarning(status, "rate control: " + rate.choice + ", as " + rate.reason);
+  }
+
+  /** \brief Whether outliers stay in the last frame. */
+  bool
+  doOutliersStay() const
+  {
+    return source_.doOutliersStay() &&
+           encoder_->statistics().voxelization.points_used > 0;
   }
 
   SensorNodeStatus
@@ -201,6 +219,7 @@ private:
   noteFrame(const std::vector<std::uint8_t>& bytes)
   {
     source_.describe(statistics_);
+    statistics_.outliers_stay = doOutliersStay();
     const io::ImageSize size = encoder_->decodedSize();
     statistics_.decoded_width = size.width;
     statistics_.decoded_height = size.height;

@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/impl/saturated_float.h>
 
 #include "bytes/exact_text.h"
+#include "outliers/unit_choice.h"
 #include "stream/setting_checks.h"
 #include "stream/version1_header.h"
 
@@ -46,31 +47,20 @@ std::optional<SettingText>
 outlierRemovalFault(const SensorNodeSettings& settings)
 {
   const VoxelOutlierRemovalSettings& removal = *settings.outlier_removal;
-  const bool is_faces = std::holds_alternative<FacesUnit>(removal.unit);
-  if (is_faces || std::holds_alternative<PointsUnit>(removal.unit)) {
-    const std::string unit = is_faces
-                                 ? "{outlier_removal.unit} is faces and {law} is "
-                                 : "{outlier_removal.unit} is points and {law} is ";
-    const std::string choice =
-        std::string("; choose automatic, voxels or rays, or {law} ") +
-        (is_faces ? "quadratic" : "count");
-    if (settings.law == IntensityLaw::Native)
-      return SettingText{unit + "native, whose intensities are no densities" + choice};
-    if (settings.law == IntensityLaw::None)
-      return SettingText{unit + "none, which has no intensities" + choice};
-    if (is_faces && settings.law == IntensityLaw::Count)
-      return SettingText{unit +
-                         "count, whose intensities are numbers of points; choose "
-                         "automatic or points, or {law} quadratic"};
-  }
+  const DensityUnit unit = densityUnitOf(removal.unit);
+  if (const std::string fault = unitFault(unit, settings.law); !fault.empty())
+    return SettingText{"{outlier_removal.unit} is " +
+                       std::string(nameOf(density_units, unit)) + " and {law} is " +
+                       fault + ", or {law} " +
+                       nameOf(unit == DensityUnit::Faces ? IntensityLaw::Quadratic
+                                                         : IntensityLaw::Count)};
   if (const OutlierRemovalStatus status = checkSettings(removal); !status.ok())
     return SettingText{"{outlier_removal}: " + status.text().marked};
-  if (!VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
-    return io::invalidText("resolution",
-                           exactText(settings.compression.resolution),
-                           exactText(VoxelOutlierRemoval::min_resolution) + " to " +
-                               exactText(VoxelOutlierRemoval::max_resolution) +
-                               " m for outliers to be removed");
+  // With Automatic the clouds decide: the points of a lidar are judged at any edge.
+  const double edge = settings.compression.resolution;
+  if (!std::holds_alternative<AutomaticUnit>(removal.unit) &&
+      !VoxelOutlierRemoval::isMadeFor(edge))
+    return unjudgedEdge(edge);
   return std::nullopt;
 }
 
@@ -108,6 +98,16 @@ codesColours(const SensorNodeSettings& settings)
 {
   return settings.compression.colour_bits > 0 &&
          settings.compression.format == io::StreamFormat::Version1;
+}
+
+SettingText
+unjudgedEdge(double resolution)
+{
+  return io::invalidText("resolution",
+                         exactText(resolution),
+                         exactText(VoxelOutlierRemoval::min_resolution) + " to " +
+                             exactText(VoxelOutlierRemoval::max_resolution) +
+                             " m for outliers to be removed from voxels");
 }
 
 VoxelOutlierRemovalSettings

@@ -13,6 +13,10 @@ codecSettings(const SensorNodeSettings& settings);
 bool
 codesColours(const SensorNodeSettings& settings);
 
+/** \brief Why voxels of an edge are not judged. */
+SettingText
+unjudgedEdge(double resolution);
+
 /** \brief The settings of the outlier removal, which must be set, with the unit of the
  * law: frames of the published layout have no depth model to derive it from. */
 VoxelOutlierRemovalSettings

@@ -109,7 +109,8 @@ SensorFilters::SensorFilters(const SensorNodeSettings& settings)
     uncropped = makeUncroppedPoints(settings);
   if (!settings.outlier_removal)
     return;
-  outlier_removal.emplace(removalSettings(settings));
+  if (VoxelOutlierRemoval::isMadeFor(settings.compression.resolution))
+    outlier_removal.emplace(removalSettings(settings));
   if (const auto* const unit =
           std::get_if<AutomaticUnit>(&settings.outlier_removal->unit))
     point_outlier_removal.emplace(PointOutlierRemovalSettings{
@@ -132,9 +133,11 @@ std::optional<io::DepthLaw>
 SensorSource::takeStep(const io::EncoderSettings& step,
                        const std::optional<float>& min_log_odds)
 {
-  std::optional<VoxelOutlierRemovalSettings> removal;
+  // A step without is for voxels that are too large to be judged; points still are.
+  std::optional<VoxelOutlierRemovalSettings> removal = removal_;
   if (min_log_odds) {
-    removal = removal_.value_or(VoxelOutlierRemovalSettings());
+    if (!removal)
+      removal.emplace();
     removal->min_log_odds = *min_log_odds;
   }
   if (step.resolution != settings_.compression.resolution ||
@@ -198,8 +201,7 @@ SensorSource::removeNoise(io::VoxelFrame& frame)
   const auto* const rays = std::get_if<RaysUnit>(&settings_.outlier_removal->unit);
   if (rays != nullptr && !rays->sensor_position)
     removal.setSensorPosition({sensor.x(), sensor.y(), sensor.z()});
-  // checkSettings() has refused what the filter would, and the rate control turns it off
-  // where voxels are too large.
+  // checkSettings() has refused what the filter would, but for the edge.
   voxels_removed_ = removal.filter(frame).removed;
 }
 
@@ -209,7 +211,8 @@ SensorSource::describe(SensorNodeStatistics& statistics) const
   statistics.preprocessing = filters_->points->statistics();
   statistics.preprocessing.points_not_finite -= points_removed_;
   statistics.outliers_removed = voxels_removed_;
-  statistics.outliers_stay = removal_ && !settings_.outlier_removal && !judges_points_;
+  if (filters_->outlier_removal)
+    statistics.density_unit = filters_->outlier_removal->unit();
   statistics.judged_points = judges_points_;
   statistics.points_removed = points_removed_;
 }

@@ -84,6 +84,14 @@ public:
     return is_cloud_invalid_;
   }
 
+  /** \brief Whether outliers of the last cloud were to be removed, and neither its points
+   * nor voxels of its edge could be judged. */
+  bool
+  doOutliersStay() const
+  {
+    return settings_.outlier_removal && !filters_->outlier_removal && !judges_points_;
+  }
+
   /** \brief Sets what the statistics of a node tell of the last cloud. */
   void
   describe(SensorNodeStatistics& statistics) const;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "bytes/exact_text.h"
 #include "outliers/outlier_setting_table.h"
+#include "outliers/unit_choice.h"
 
 #include <array>
 #include <string>
@@ -70,6 +71,41 @@ densityUnitSettings(DensityUnit unit, const AutomaticUnit& automatic)
   default:
     return automatic;
   }
+}
+
+DensityUnitSettings
+automaticUnitOf(const io::VoxelFrame& first,
+                const std::optional<IntensityLaw>& law,
+                bool is_of_lidar,
+                const AutomaticUnit& automatic)
+{
+  // The points of a lidar tell more than its law.
+  if (!law || first.points.sensor) {
+    AutomaticUnit unit = automatic;
+    unit.intensities_are_counts |= law == IntensityLaw::Count;
+    return unit;
+  }
+  // Few points in a voxel of a lidar are no sign of noise.
+  return densityUnitSettings(is_of_lidar && law == IntensityLaw::Count
+                                 ? DensityUnit::Voxels
+                                 : densityUnitOf(*law),
+                             automatic);
+}
+
+std::string
+unitFault(DensityUnit unit, IntensityLaw law)
+{
+  const bool is_faces = unit == DensityUnit::Faces;
+  if (!is_faces && unit != DensityUnit::Points)
+    return {};
+  if (law == IntensityLaw::Native)
+    return "native, whose intensities are no densities; choose automatic, voxels or "
+           "rays";
+  if (law == IntensityLaw::None)
+    return "none, which has no intensities; choose automatic, voxels or rays";
+  if (is_faces && law == IntensityLaw::Count)
+    return "count, whose intensities are numbers of points; choose automatic or points";
+  return {};
 }
 
 OutlierRemovalStatus

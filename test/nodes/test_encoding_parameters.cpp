@@ -190,8 +190,6 @@ TEST(EncodingParameters, FaultsAreNamedInOneLineAndChangeNothing)
            {{{"crop_box", List{0, 0, 0, 1, 1, 0}}},
             "crop_box is [0, 0, 0, 1, 1, 0]; it must be [x0, y0, z0, x1, y1, z1], the "
             "first three below the others"},
-           {{{"remove_outliers", true}, {"resolution", 0.25}},
-            "resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed"},
            {{{"format", "published"}, {"intensity_bits", 4}},
             "intensity_bits is 4; it must be 8, or 0 for automatic, in the published "
             "layout"},

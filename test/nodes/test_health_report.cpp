@@ -82,8 +82,7 @@ TEST(HealthReport, OfASender)
   now.node.outliers_stay = true;
   expectLevel(report_of(now),
               HealthLevel::Warning,
-              "Outliers stay, as the voxels of the rate control are too large to be "
-              "judged");
+              "Outliers stay, as voxels of this edge are not judged");
   now = before;
   now.node.frame.voxelization.points_used = 10;
   now.node.points_removed = 10;

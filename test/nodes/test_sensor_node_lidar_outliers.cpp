@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace {
 
@@ -102,6 +103,21 @@ TEST(SensorNodeLidarOutliers, SettingsAreThoseOfTheNode)
     encoded(node, cloud, poseOf(0));
     EXPECT_EQ(node.statistics().points_removed, removeOutliers(cloud, removal).removed);
   }
+}
+
+TEST(SensorNodeLidarOutliers, PointsAreJudgedWhateverTheEdge)
+{
+  std::set<std::size_t> removed;
+  for (const double edge : {0.0005, 0.05, 0.5}) {
+    nodes::SensorNodeSettings settings = removingSettings();
+    settings.compression.resolution = edge;
+    nodes::SensorNode node(settings);
+    encoded(node, lidarCloud(1), poseOf(0));
+    EXPECT_FALSE(node.statistics().outliers_stay);
+    removed.insert(node.statistics().points_removed);
+  }
+  EXPECT_EQ(removed.size(), 1u);
+  EXPECT_GT(*removed.begin(), 50u);
 }
 
 TEST(SensorNodeLidarOutliers, ANamedUnitJudgesVoxels)

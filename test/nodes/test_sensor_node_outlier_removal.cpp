@@ -120,6 +120,37 @@ TEST(SensorNodeOutlierRemoval, RaysBeginWhereTheSensorIs)
   }
 }
 
+TEST(SensorNodeOutlierRemoval, TellsWhatVoxelsWereJudgedBy)
+{
+  for (const auto& [law, unit] :
+       {std::pair(IntensityLaw::Linear, DensityUnit::Faces),
+        std::pair(IntensityLaw::Count, DensityUnit::Points)}) {
+    nodes::SensorNodeSettings settings = outlierSettingsOf(law);
+    settings.outlier_removal.emplace();
+    nodes::SensorNode node(settings);
+    CellCamera camera;
+    encoded(node, messageOf(camera.capture(0)), camera.pose());
+    EXPECT_EQ(node.statistics().density_unit, unit);
+  }
+}
+
+TEST(SensorNodeOutlierRemoval, VoxelsOfAnEdgeThatIsNotJudgedStayWithAWarning)
+{
+  nodes::SensorNodeSettings settings = outlierSettingsOf(IntensityLaw::Count);
+  settings.compression.resolution = 0.25;
+  settings.outlier_removal.emplace();
+  nodes::SensorNode node(settings);
+  CellCamera camera;
+  std::vector<std::uint8_t> bytes;
+  const auto status = node.encode(messageOf(camera.capture(0)), camera.pose(), bytes);
+  EXPECT_EQ(status.message(),
+            "outliers stay: resolution is 0.25; it must be 0.001 to 0.2 m for outliers "
+            "to be removed from voxels");
+  EXPECT_TRUE(node.statistics().outliers_stay);
+  settings.outlier_removal->unit = PointsUnit();
+  EXPECT_FALSE(nodes::SensorNode(settings).settingsStatus().ok());
+}
+
 TEST(SensorNodeOutlierRemoval, UnitsMustFitTheLaw)
 {
   const std::tuple<IntensityLaw, DensityUnitSettings, std::string> cases[] = {

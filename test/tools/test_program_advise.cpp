@@ -103,6 +103,17 @@ TEST_F(ProgramAdvise, PointsThatAreKeptHaveFineVoxels)
   EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
 }
 
+TEST_F(ProgramAdvise, LeavesOutEdgesAtWhichOutliersAreNotRemoved)
+{
+  writeClouds("room", roomClouds(2));
+  const std::string advise = "advise room --law count --rate 1 -q";
+  // Else it tries larger edges, too.
+  EXPECT_GE(linesWith(expectRun(advise).output, "| 0.3 ").size(), 1u);
+  const std::string output = expectRun(advise + " --remove-outliers").output;
+  EXPECT_GE(linesWith(output, "| 0.").size(), 3u) << output;
+  EXPECT_EQ(linesWith(output, "| 0.3 ").size(), 0u) << output;
+}
+
 TEST_F(ProgramAdvise, ABagHasATableForEachTopic)
 {
   writeClouds("a", roomClouds(2));

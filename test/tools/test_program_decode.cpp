@@ -106,8 +106,9 @@ TEST_F(ProgramDecode, ScansWithoutIntensitiesOfVoxelsAreToldOf)
                       remark + "; those of its points are a further field: encode with "
                                "--law native\n"));
   EXPECT_EQ(run("encode room -o y.mcap --keep-order --law none").status, 0);
-  EXPECT_TRUE(
-      hasPart(run("decode y.mcap -o bare --min-intensity 1000").errors, remark + "\n"));
+  const ProgramRun bare = run("decode y.mcap -o bare --min-intensity 1000");
+  EXPECT_TRUE(hasPart(bare.errors, remark + "\n"));
+  EXPECT_EQ(bare.status, 1);
 }
 
 /** \brief A room with noise away from its surfaces. */
@@ -143,6 +144,30 @@ TEST_F(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
   const ProgramRun unknown = run("decode x.pcxi -o c --remove-outliers");
   EXPECT_EQ(unknown.status, 0);
   EXPECT_TRUE(hasPart(unknown.errors, "--unit points"));
+}
+
+TEST_F(ProgramDecode, UnitsMustFitTheLawOfTheRecording)
+{
+  writeClouds("room", roomClouds(2));
+  expectRun("encode room -o count.mcap -r 0.05 --law count -q");
+  expectFailure("decode count.mcap -o a --remove-outliers --unit faces",
+                2,
+                "/room: --unit is faces and the intensity_law of the recording is "
+                "count, whose intensities are numbers of points; choose automatic or "
+                "points");
+  expectRun("encode room -o native.mcap -r 0.05 --law native -q");
+  expectFailure("decode native.mcap -o b --remove-outliers --unit points",
+                2,
+                "is native, whose intensities are no densities");
+  // Numbers of points that the frames have are densities.
+  expectRun("encode room -o kept.mcap -r 0.2 --law native --keep-points -q");
+  EXPECT_NE(run("decode kept.mcap -o c --remove-outliers --unit points").status, 2);
+  // Without a law all voxels are removed.
+  expectRun("encode room -o count.pcxi -r 0.05 --law count -q");
+  expectFailure("decode count.pcxi -o d --remove-outliers --unit faces",
+                1,
+                "more than noise usually is; of counts --unit points, of a lidar "
+                "--unit rays");
 }
 
 TEST_F(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)

@@ -158,6 +158,26 @@ TEST_F(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
   const std::string named = run(encode + "-o y.pcxi --unit voxels").output;
   EXPECT_FALSE(hasPart(named, "lidar's rays"));
   EXPECT_TRUE(hasPart(named, " voxels removed as outliers"));
+  // Points are judged at any edge, voxels are not.
+  const std::string large = "encode lidar -r 0.25 --remove-outliers -o z.pcxi";
+  EXPECT_TRUE(hasPart(run(large).output, points));
+  const std::string refused =
+      "--resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed";
+  expectFailure(large + " --overwrite --unit rays", 2, refused);
+  writeClouds("room", roomClouds(2));
+  expectFailure("encode room -r 0.25 --remove-outliers -o w.pcxi", 2, refused);
+}
+
+TEST_F(ProgramOptions, WhyNoCloudHasRoomIsTold)
+{
+  writeClouds("room", roomClouds(5));
+  const ProgramRun result =
+      run("encode room -o x.mcap -r 0.001 --rate 10 --max-rate 1kbit/s "
+          "--rate-doublings 0");
+  EXPECT_EQ(result.status, 1);
+  EXPECT_TRUE(hasPart(result.errors, " no room for any of its 5 clouds"));
+  EXPECT_TRUE(hasPart(result.errors, "has room for 31 bytes now, the last frame that "))
+      << result.errors;
 }
 
 TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)

@@ -57,7 +57,8 @@ struct SensorNodeSettings {
    * With the unit Automatic the clouds of a lidar that turns lose points that are noise
    * in the air, see PointOutlierRemoval, with these min_log_odds and use_history; all
    * others lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to
-   * judge voxels in any case. Without a sensor_position it is that of the cloud's
+   * judge voxels in any case. Voxels are judged at the edges that VoxelOutlierRemoval is
+   * made for; a frame that could not be judged has a warning. Without a sensor_position it is that of the cloud's
    * transform; intensities of the law Count are numbers of points. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
@@ -126,9 +127,11 @@ struct SensorNodeStatistics {
   std::uint64_t frame_bytes = 0;  ///< of the frames
   PreprocessingStatistics preprocessing; ///< of the last frame
   std::size_t outliers_removed = 0;      ///< voxels left out of the last frame
-  /** \brief Outliers stay in the last frame, as the rate control took voxels that are too
-   * large to be judged. */
+  /** \brief Outliers stay in the last frame, as its points are not those of a lidar and
+   * VoxelOutlierRemoval is not made for the voxel edge, that of the settings or of the
+   * rate control. */
   bool outliers_stay = false;
+  DensityUnit density_unit = DensityUnit::Automatic; ///< its voxels were judged by
   bool judged_points = false;     ///< outliers of the last cloud were told by its rays
   std::size_t points_removed = 0; ///< outliers of the last cloud; not part of the frame
   std::size_t decoded_width = 0;  ///< of the cloud that the last frame is decoded to

@@ -228,8 +228,12 @@ private:
                     static_cast<double>(occupied);
       return true;
     }
-    catch (const UsageError&) {
-      throw;
+    catch (const UsageError& error) {
+      const bool judges_voxels = VoxelOutlierRemoval::isMadeFor(trial.edge);
+      if (options_.edge || !encoding_.removesOutliers() || judges_voxels)
+        throw;
+      trials.fault = error.what(); // outliers are not removed at this edge
+      return false;
     }
     catch (const std::runtime_error& error) { // more voxels than a reader takes
       trials.fault = error.what();

@@ -11,6 +11,7 @@
 #include "measuring/cycle_counter.h"
 #include "options/encoding_options.h"
 #include "options/options.h"
+#include "outliers/unit_choice.h"
 #include "streams/stream_decoder.h"
 #include "streams/stream_encoder.h"
 

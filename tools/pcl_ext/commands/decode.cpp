@@ -103,10 +103,10 @@ public:
     if (outside_grid_ > 0)
       console_.error(first_outside_grid_ + "; in all frames " +
                      counted(outside_grid_, "point"));
-    bool do_outliers_stay = false;
+    bool is_failure = false;
     for (const StreamDecoder& decoder : decoders_) {
-      do_outliers_stay |= decoder.doOutliersStay();
-      if (const std::string remark = decoder.remark(); decoder.doOutliersStay())
+      is_failure |= decoder.isFailure();
+      if (const std::string remark = decoder.remark(); decoder.isFailure())
         console_.error(remark);
       else if (!remark.empty())
         console_.remark(remark);
@@ -122,7 +122,7 @@ public:
     printSummary(bag_ ? bag_->finish(input_) : folder_->finish());
     if (isInterrupted())
       return interrupted;
-    return do_outliers_stay || lost_ + outside_grid_ + unordered_ > 0 ||
+    return is_failure || lost_ + outside_grid_ + unordered_ > 0 ||
                    !input_.damage().empty()
                ? something_failed
                : all_done;

@@ -4,6 +4,7 @@
 #include "console/exit_status.h"
 #include "inputs/stream_metadata.h"
 #include "options/text_values.h"
+#include "outliers/unit_choice.h"
 #include "voxels/point_voxels.h"
 
 #include <algorithm>
@@ -46,31 +47,6 @@ positionOf(const StreamMetadata& metadata)
   catch (const UsageError&) {
     return std::nullopt;
   }
-}
-
-namespace {
-
-/** \brief True if the points of a frame tell that they are of a lidar that turns. */
-bool
-isOfLidar(const io::VoxelFrame& frame)
-{
-  return frame.points.sensor.has_value();
-}
-
-} // namespace
-
-DensityUnitSettings
-automaticUnitOf(const io::VoxelFrame& first,
-                const std::optional<IntensityLaw>& law,
-                bool is_of_lidar)
-{
-  // The points of a lidar tell more than its law.
-  if (!law || isOfLidar(first))
-    return AutomaticUnit{{}, law == IntensityLaw::Count};
-  // Few points in a voxel of a lidar are no sign of noise.
-  return densityUnitSettings(is_of_lidar && law == IntensityLaw::Count
-                                 ? DensityUnit::Voxels
-                                 : densityUnitOf(*law));
 }
 
 VoxelOutlierRemovalSettings
@@ -119,7 +95,14 @@ StreamDecoder::StreamDecoder(recording::RecordingReader& reader,
 void
 StreamDecoder::makeRemoval()
 {
-  if (is_automatic_ && !lawOf(metadata_) && !isOfLidar(voxels_))
+  const std::optional<IntensityLaw> law = lawOf(metadata_);
+  const bool has_own_counts =
+      options_.unit == DensityUnit::Points && voxels_.has_point_counts;
+  if (law && !has_own_counts)
+    if (const std::string fault = unitFault(options_.unit, *law); !fault.empty())
+      throw UsageError(name_ + ": --unit is " + nameOf(density_units, options_.unit) +
+                       " and the intensity_law of the recording is " + fault);
+  if (is_automatic_ && !law && !voxels_.points.sensor)
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "
                       "of a lidar --unit rays";
@@ -198,7 +181,9 @@ StreamDecoder::remark() const
   constexpr std::size_t very_many = 4;
   if (unit && very_many * removed_ > judged_)
     return counts + "more than noise usually is" +
-           (unit != DensityUnit::Rays
+           (unit == DensityUnit::Faces
+                ? "; of counts --unit points, of a lidar --unit rays"
+            : unit != DensityUnit::Rays
                 ? "; of a lidar, --unit rays judges by what its rays would hit"
             : is_automatic_ ? ""
                             : "; --sensor-position tells where the lidar is");

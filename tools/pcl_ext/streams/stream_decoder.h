@@ -24,16 +24,6 @@ namespace tools {
 std::string
 reasonOf(const io::CompressionStatus& status);
 
-/** \brief What outliers of a stream are judged by, unless a unit is named.
- * \param[in] first frame of the stream
- * \param[in] law of its intensities; none: it is unknown
- * \param[in] is_of_lidar whether it is known to be a lidar's
- */
-DensityUnitSettings
-automaticUnitOf(const io::VoxelFrame& first,
-                const std::optional<IntensityLaw>& law,
-                bool is_of_lidar);
-
 /** \brief Position of a stream's sensor, world coordinates, metres, if it is known. */
 std::optional<std::array<double, 3>>
 positionOf(const StreamMetadata& metadata);
@@ -66,6 +56,7 @@ public:
 
   /** \brief Decodes the next frame.
    * \return with a warning if points have no voxel, which filters need
+   * \throws UsageError if the unit of the options is not for the law of the recording
    */
   io::CompressionStatus
   decode(const recording::RecordedFrame& frame);
@@ -89,14 +80,15 @@ public:
   std::optional<DensityUnit>
   judgedBy() const;
 
-  /** \brief Whether no voxel of some frame could be judged, which remark() tells. */
+  /** \brief Whether some frame could not be filtered as was asked for, or all voxels
+   * were outliers, which remark() tells. */
   bool
-  doOutliersStay() const
+  isFailure() const
   {
-    return outliers_stay_;
+    return outliers_stay_ || lacks_intensities_ || isAllRemoved();
   }
 
-  /** \brief Why outliers were not removed from some frame, or hardly any; empty if
+  /** \brief Why frames were not filtered, or what is wrong with the outliers; empty if
    * there is nothing to say. */
   std::string
   remark() const;
@@ -115,7 +107,15 @@ private:
     io::MemoryShare share;
   };
 
-  /** \brief Makes the filter for a stream that begins with voxels_. */
+  bool
+  isAllRemoved() const
+  {
+    return judged_ > 0 && removed_ == judged_;
+  }
+
+  /** \brief Makes the filter for a stream that begins with voxels_.
+   * \throws UsageError if the unit is not for the law of the recording
+   */
   void
   makeRemoval();
 

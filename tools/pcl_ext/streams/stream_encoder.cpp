@@ -205,6 +205,10 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   noteLeftOut(cloud);
   noteIntensity(cloud, source, is_dark);
   noteHeader(cloud, source);
+  const bool judges_voxels =
+      VoxelOutlierRemoval::isMadeFor(options_.codec().resolution);
+  if (sums_.encoded_points == 0 && statistics.outliers_stay && !judges_voxels)
+    throw UsageError(messageOf(status));
   if (sums_.encoded_points == 0) {
     noteUnit(cloud, statistics.frame, source);
     noteOrder(encoded, bytes.size());
@@ -350,7 +354,7 @@ StreamEncoder::sumsOf(const nodes::SensorNodeStatistics& statistics,
   else if (statistics.outliers_stay)
     sums.frames_with_outliers = 1;
   else if (settings_->outlier_removal && sums.encoded_points > 0)
-    sums.judged_by = 1u << static_cast<unsigned int>(removalUnit());
+    sums.judged_by = 1u << static_cast<unsigned int>(statistics.density_unit);
   sums.point_outliers = statistics.points_removed;
   sums.hidden_voxels = frame.voxels_hidden;
   sums.held_voxels = frame.voxels_held;
@@ -436,14 +440,6 @@ StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
       "its first points are between " + corner(min) + " and " + corner(max) + " m";
 }
 
-/** \brief By what voxels are judged. */
-DensityUnit
-StreamEncoder::removalUnit() const
-{
-  const DensityUnit unit = densityUnitOf(settings_->outlier_removal->unit);
-  return unit == DensityUnit::Automatic ? densityUnitOf(law_) : unit;
-}
-
 Remarks
 StreamEncoder::remarks() const
 {
@@ -460,7 +456,9 @@ StreamEncoder::outlierRemark() const
 {
   constexpr std::size_t hardly_any = 1000; // one of so many
   constexpr std::size_t very_many = 4;
-  if (sums_.frames_with_outliers > 0)
+  const bool judges_voxels =
+      VoxelOutlierRemoval::isMadeFor(options_.codec().resolution);
+  if (sums_.frames_with_outliers > 0 && judges_voxels) // else each frame has a warning
     return "outliers stay in " + counted(sums_.frames_with_outliers, "frame") + " of " +
            std::to_string(sums_.frames) +
            ", as --max-rate took voxels that are too large to be judged: "
@@ -476,8 +474,9 @@ StreamEncoder::outlierRemark() const
       "--unit rays judges voxels";
   if (very_many * sums_.outliers > sums_.outliers + sums_.voxels)
     return removed + "which is more than noise usually is: " + remedy;
-  if (removalUnit() != DensityUnit::Voxels ||
-      hardly_any * sums_.outliers >= sums_.voxels)
+  constexpr unsigned int by_voxels = 1u
+                                     << static_cast<unsigned int>(DensityUnit::Voxels);
+  if (sums_.judged_by != by_voxels || hardly_any * sums_.outliers >= sums_.voxels)
     return {};
   const bool is_named =
       !std::holds_alternative<AutomaticUnit>(settings_->outlier_removal->unit);

@@ -232,9 +232,6 @@ private:
   std::string
   budgetRemark() const;
 
-  DensityUnit
-  removalUnit() const;
-
   /** \brief Corners of the finite points of a cloud in the world; false: there are
    * none. */
   bool
