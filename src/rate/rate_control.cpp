@@ -74,8 +74,10 @@ RateControl::endFrame(std::size_t bytes,
     if (budget_.isEmpty())
       next_try_ = time_ + LinkBudget::window;
     ++clouds_left_out_;
+    tried_bytes_ = bytes;
     return false;
   }
+  tried_bytes_ = 0;
   budget_.add(bytes);
   return true;
 }
@@ -86,6 +88,9 @@ RateControl::leftOutMessage() const
   const std::string& reason = choice_.rateNotKept();
   return "the cloud was left out, as max_rate of " + rateText(max_rate_) +
          " has room for " + std::to_string(budget_.room()) + " bytes now" +
+         (tried_bytes_ > 0
+              ? ", the last frame that was tried takes " + std::to_string(tried_bytes_)
+              : "") +
          (reason.empty() ? "" : "; " + reason);
 }
 

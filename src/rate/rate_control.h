@@ -135,6 +135,7 @@ private:
   Nanoseconds time_{0};     // never goes back
   Nanoseconds next_try_{0}; // of frames that are larger than the buffer
   std::size_t clouds_left_out_ = 0;
+  std::size_t tried_bytes_ = 0; // of the last frame that had no room, until one has
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

@@ -288,7 +288,7 @@ TEST(RateControl, TextsSayWhatAndWhy)
   EXPECT_EQ(
       first.leftOutMessage(),
       "the cloud was left out, as max_rate of 500 kbit/s has room for 15625 bytes "
-      "now");
+      "now, the last frame that was tried takes 40000");
 }
 
 TEST(RateControl, LongEncodingLowersTheEffortAndThenTheVoxels)

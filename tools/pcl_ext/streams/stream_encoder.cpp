@@ -74,6 +74,8 @@ EncodedSums::operator+=(const EncodedSums& part)
 {
   frames += part.frames;
   clouds_left_out += part.clouds_left_out;
+  if (!part.why_left_out.empty())
+    why_left_out = part.why_left_out;
   smallest_edge = std::min(smallest_edge, part.smallest_edge);
   largest_edge = std::max(largest_edge, part.largest_edge);
   all_points += part.all_points;
@@ -119,7 +121,8 @@ describeNoRoom(const std::string& stream, const EncodedSums& sums)
   return stream + ": --max-rate has no room for any of its " +
          counted(sums.clouds_left_out, "cloud") +
          ": raise it, --rate-buffer or --rate-doublings, or take a larger "
-         "--resolution";
+         "--resolution; at the end: " +
+         sums.why_left_out;
 }
 
 StreamEncoder::StreamEncoder(const EncodingOptions& options,
@@ -195,6 +198,7 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
   const nodes::SensorNodeStatus status = node_->encode(encoded, pose_, bytes);
   if (status.code() == nodes::SensorNodeCode::LeftOut) {
     last_cloud_.clouds_left_out = 1;
+    last_cloud_.why_left_out = messageOf(status);
     sums_ += last_cloud_;
     return false;
   }

@@ -24,6 +24,7 @@ namespace tools {
 struct EncodedSums {
   std::size_t frames = 0;
   std::size_t clouds_left_out = 0; ///< as --max-rate had no room for them
+  std::string why_left_out;        ///< the last of them
   double smallest_edge = std::numeric_limits<double>::infinity(); ///< used, metres
   double largest_edge = 0.0;                                      ///< likewise
   std::size_t all_points = 0;                                     ///< of the clouds
