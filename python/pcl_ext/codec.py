@@ -112,6 +112,20 @@ def _left_out(xyz: Any, kept: set[str], codes_colours: bool, loses_intensity: bo
     return f"fields of xyz that are left out: {', '.join(left_out)}{remedy}"
 
 
+def _order_lost(xyz: Any, keep_order: bool, loses_order: bool) -> str:
+    """That rows and columns do not come back, in words."""
+    shape: Any = getattr(xyz, "shape", ())
+    has_fields = getattr(getattr(xyz, "dtype", None), "names", None) is not None
+    if len(shape) != (2 if has_fields else 3):
+        return ""
+    if loses_order:
+        return "the rows and columns of xyz are not kept, as outliers are removed from voxels"
+    if keep_order and 1 in shape[:2]:
+        line = "column" if shape[1] == 1 else "row"
+        return f"the one {line} of xyz is kept as ({shape[0] * shape[1]},), without what is NaN"
+    return ""
+
+
 def _last_frame(frame: FrameStatistics) -> str:
     if frame.frame_number == 0:
         return "no frame yet"
@@ -184,8 +198,8 @@ class Encoder(Unique):
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
         row by row. Else as many points as there were are at the centre of each voxel.
     keep_order : bool
-        Keep all points in their order, and rows and columns, whatever bytes that takes. With
-        the laws "native" and "none" only.
+        Keep all points in their order, and rows and columns where there are several of both,
+        whatever bytes that takes. With the laws "native" and "none" only.
     fields : str, sequence or dict
         Further fields of structured arrays to keep, as ring, time or label of a lidar:
         "all", a name, names and (name, step) pairs, or steps by name. With
@@ -299,6 +313,7 @@ class Encoder(Unique):
             for field in ([fields] if isinstance(fields, str) else fields)
         }
         self._codes_colours = colour_bits > 0
+        self._keeps_points, self._keeps_order = keep_points, keep_order
         self._is_automatic = law == "automatic"
         self._warning = ""
         self._warned: set[str] = set()
@@ -384,7 +399,9 @@ class Encoder(Unique):
             return frame
         loses_intensity = self._is_automatic and self.law == "none"
         left_out = _left_out(xyz, self._kept, self._codes_colours, loses_intensity)
-        kinds = [text for text in (message, left_out) if text]
+        loses_order = self._keeps_points and outliers is not None
+        order_lost = _order_lost(xyz, self._keeps_order, loses_order)
+        kinds = [text for text in (message, left_out, order_lost) if text]
         self._warning = "; ".join(kinds)
         for text in kinds:
             self._warn(text)

@@ -52,6 +52,30 @@ def test_rows_and_columns_come_back():
         assert pcl_ext.positions(decoded).shape == (*points.shape, 3)
 
 
+@pytest.mark.parametrize("shape, line", [((400, 1), "column"), ((1, 400), "row")])
+def test_one_row_or_column_loses_its_shape_with_a_warning(shape, line):
+    points = np.random.default_rng(3).uniform(1, 2, (*shape, 3)).astype("f4")
+    points[points[..., 0] < 1.1] = np.nan
+    encoder = pcl_ext.Encoder(0.001, law="none", keep_order=True)
+    words = rf"the one {line} of xyz is kept as \(400,\), without what is NaN"
+    with pytest.warns(pcl_ext.CompressionWarning, match=words):
+        frame = encoder.encode(points)
+    finite = points[np.isfinite(points[..., 0])]
+    np.testing.assert_allclose(
+        pcl_ext.positions(pcl_ext.Decoder().decode(frame)), finite, atol=0.0006
+    )
+
+
+def test_outliers_that_are_removed_take_rows_and_columns_with_them():
+    encoder = pcl_ext.Encoder(0.01, law="none", keep_points=True, fields="label")
+    words = "the rows and columns of xyz are not kept, as outliers are removed from voxels"
+    with pytest.warns(pcl_ext.CompressionWarning, match=words):
+        encoder.encode(depth_image(), outliers=pcl_ext.OutlierRemoval())
+    encoder = pcl_ext.Encoder(0.01, law="none", keep_points=True, fields="label")
+    encoder.encode(depth_image())
+    assert words not in encoder.warning
+
+
 def test_scores_have_the_shape_of_the_cloud():
     points = depth_image()
     encoder = pcl_ext.Encoder(0.001, keep_points=True, fields="all")

@@ -181,6 +181,24 @@ hasField(const pcl::PCLPointCloud2& cloud, const std::string& name)
                      [&name](const auto& field) { return field.name == name; });
 }
 
+/** \brief That rows and columns are not kept, or may not be. */
+std::string
+describeOrder(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& settings)
+{
+  if (cloud.height <= 1)
+    return {};
+  const std::string points = "the rows and columns of the points are ";
+  if (settings.compression.keep_order)
+    return cloud.width == 1 ? "the one column of points is kept as one row" : "";
+  if (!settings.compression.keepsPoints())
+    return points + "not kept";
+  const bool judges_voxels =
+      settings.outlier_removal &&
+      !std::holds_alternative<AutomaticUnit>(settings.outlier_removal->unit);
+  return points + (judges_voxels ? "not kept, as outliers are removed from voxels"
+                                 : "kept only where that takes hardly more bytes");
+}
+
 } // namespace
 
 std::string
@@ -195,19 +213,9 @@ describeLeftOut(const pcl::PCLPointCloud2& cloud, const SensorNodeSettings& sett
            .ok())
     return {};
   const std::string fields = namesOfLeftOut(cloud, layout, settings);
-  const std::string order =
-      cloud.height <= 1 ? ""
-      : settings.compression.keep_order
-          ? (cloud.width == 1 ? "the one column of points is kept "
-                                "as one row"
-                              : "")
-      : settings.compression.keepsPoints()
-          ? "the rows and columns of the points are kept only "
-            "where that takes hardly more bytes"
-          : "the rows and columns of the points are not kept";
   std::string text = fields.empty() ? "" : "fields that are left out: " + fields;
   for (const std::string& other : {describeCoordinates(layout.types),
-                                   order,
+                                   describeOrder(cloud, settings),
                                    describeRowStep(cloud),
                                    describeSurplus(cloud),
                                    describeLayout(cloud, settings)})

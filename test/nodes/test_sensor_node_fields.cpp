@@ -67,6 +67,11 @@ TEST(SensorNodeFields, OfThePointsInTheBoxComeBack)
   EXPECT_EQ(describeLeftOut(cloud, settings),
             "fields that are left out: beyond; the rows and columns of the points are "
             "kept only where that takes hardly more bytes");
+  SensorNodeSettings removing = settings;
+  removing.outlier_removal.emplace().unit = pcl_ext::RaysUnit();
+  EXPECT_EQ(describeLeftOut(cloud, removing),
+            "fields that are left out: beyond; the rows and columns of the points are "
+            "not kept, as outliers are removed from voxels");
   FrameDecoder decoder;
   const VoxelFrame frame =
       decodedWith(decoder, encoded(node, cloud, pcl_ext::WorldPose::Identity()));
