@@ -27,8 +27,8 @@ class TemporalVoxelFilter(Unique):
     sensor_position : (float, float, float), optional
         Where the sensor is, metres, in the coordinates of the clouds: what it sees through
         is hidden in the second frame. By default it is unknown, and what is gone stays for five
-        eighths of `frames` twentieths of a second, by the frames' stamps or, of a recording,
-        their times. Frames without a stamp count as a twentieth of a second each.
+        eighths of `frames` twentieths of a second, by the frames' stamps. Frames without a
+        stamp count as a twentieth of a second each.
 
     Raises
     ------
