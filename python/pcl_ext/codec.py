@@ -165,7 +165,8 @@ class Encoder(Unique):
         "automatic": "native" if the first cloud with points has an intensity, else "none".
     sensor : str or (float, float, int, int), optional
         Name of a sensor of `sensors()`, or horizontal and vertical field of view, degrees,
-        and columns and rows of its image.
+        and columns and rows of its image. Of no effect with other laws than "quadratic" and
+        "linear".
     sensor_pose : array_like of shape (4, 4), optional
         Pose of the sensor in the frame of the clouds (sensor -> cloud, metres), for the
         depth of the points, which is along the sensor's z axis, for the rays on which they

@@ -187,14 +187,8 @@ refuseContradictions(const Keywords& keywords, const ArrayEncoderSettings& setti
     if (settings.law == IntensityLaw::None && needsIntensities(setting))
       keywords.refuse(setting.id.c_str(), "left out with the law 'none'");
   }
-  const auto refuse_with_law = [&](const char* name) {
-    if (keywords.isSet(name))
-      keywords.refuse(name, "None with the law '" + nameOf(*settings.law) + '\'');
-  };
-  if (settings.law && !needsSensor(*settings.law))
-    refuse_with_law("sensor");
-  if (settings.law && settings.law != IntensityLaw::Native)
-    refuse_with_law("depth_law");
+  if (settings.law && settings.law != IntensityLaw::Native && settings.depth_law)
+    keywords.refuse("depth_law", "None with the law '" + nameOf(*settings.law) + '\'');
   if (codec.format == io::StreamFormat::Published && keywords.isSet("frame_id"))
     keywords.refuse("frame_id", "None in the published layout");
   if (!codec.use_coordinate_step)
