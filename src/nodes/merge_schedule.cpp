@@ -156,11 +156,19 @@ MergeSchedule::releaseAll()
     stream.released = 0;
   }
   is_late_ = false;
+  has_more_since_.reset();
+  beginAnew();
+  return frames;
+}
+
+void
+MergeSchedule::beginAnew()
+{
   slot_.reset();
   has_frames_ = false;
-  has_more_since_.reset();
   waiting_since_.reset();
-  return frames;
+  other_slots_.clear();
+  ahead_ = Time(0);
 }
 
 void
@@ -180,12 +188,28 @@ MergeSchedule::newestStamp(Time offset, Time now) const
   return newest;
 }
 
+std::optional<Time>
+MergeSchedule::latestOffset(Time offset, Time now) const
+{
+  const Stream* newest = nullptr;
+  for (const auto& [name, stream] : streams_)
+    if (isAlive(stream, now) && areClose(stream.offset, offset) &&
+        (newest == nullptr || stream.last_stamp > newest->last_stamp))
+      newest = &stream;
+  if (newest == nullptr)
+    return std::nullopt;
+  return newest->last_arrival - newest->last_stamp;
+}
+
 bool
-MergeSchedule::areClocksSetBack(Time offset, Time now) const
+MergeSchedule::areClocksSetBack(Time offset, Time now)
 {
   // After the newest frame there is at most one more slot than that which it is in.
+  const Time farthest = 2 * settings_.period + settings_.max_wait;
   const auto newest = newestStamp(offset, now);
-  return newest && *slot_ - *newest > 2 * settings_.period + settings_.max_wait;
+  if (newest && *slot_ - *newest <= farthest)
+    ahead_ = Time(0);
+  return newest && *slot_ - *newest - ahead_ > farthest;
 }
 
 Time
@@ -265,6 +289,7 @@ MergeSchedule::hasRoom(const Stream& stream, Time now) const
 void
 MergeSchedule::releaseFrames(Time offset, Time now, Step& step)
 {
+  const auto difference = latestOffset(offset, now);
   for (auto& [name, stream] : streams_) {
     const bool is_synchronous = areClose(stream.offset, offset);
     while (!stream.held.empty()) {
@@ -284,6 +309,8 @@ MergeSchedule::releaseFrames(Time offset, Time now, Step& step)
       if (slot_ && is_synchronous && first.frame.stamp == *slot_)
         waitSince(first.arrival);
       has_frames_ |= slot_ && is_synchronous;
+      if (!is_synchronous && difference)
+        other_slots_.insert(slotOf(first.arrival - *difference));
       step.frames.push_back(std::move(first.frame));
       stream.held.pop_front();
       ++stream.released;
@@ -318,6 +345,22 @@ MergeSchedule::isComplete(Time offset, Time now)
          (waiting_since_ && now - *waiting_since_ >= settings_.max_wait);
 }
 
+bool
+MergeSchedule::isDueForOthers(Time offset, Time now)
+{
+  const auto difference = latestOffset(offset, now);
+  if (!difference || other_slots_.empty() || earliestHeld(offset))
+    return false;
+  const Time first = has_ended_ ? *other_slots_.rbegin() : *other_slots_.begin();
+  const Time slot = has_frames_ ? *slot_ : std::max(*slot_, first);
+  if (!has_ended_ && now - *difference < slot + settings_.max_wait)
+    return false;
+  ahead_ += slot - *slot_ + (has_frames_ ? Time(0) : settings_.period);
+  slot_ = slot;
+  has_frames_ = true;
+  return true;
+}
+
 Time
 MergeSchedule::oldestOf(Time merge, Time offset) const
 {
@@ -337,16 +380,14 @@ MergeSchedule::next(Time now)
   // What is released for a merged frame is merged.
   if (slot_ && settings_.skips_late && !has_more_since_)
     skipLate(offset, now);
-  if (slot_ && areClocksSetBack(offset, now)) {
-    slot_.reset();
-    has_frames_ = false;
-    waiting_since_.reset();
-  }
+  if (slot_ && areClocksSetBack(offset, now))
+    beginAnew();
   if (!slot_)
     if (const auto earliest = earliestHeld(offset))
       slot_ = slotOf(*earliest);
   releaseFrames(offset, now, step);
-  if (step.has_more || !slot_ || !isComplete(offset, now))
+  if (step.has_more || !slot_ ||
+      (!isDueForOthers(offset, now) && !isComplete(offset, now)))
     return step;
   if (!has_frames_) {
     const auto earliest = earliestHeld(offset);
@@ -364,6 +405,7 @@ MergeSchedule::next(Time now)
     if (isAlive(stream, now) && !areClose(stream.offset, offset))
       step.other_clocks.insert(name);
   ++counts_.made;
+  other_slots_.erase(other_slots_.begin(), other_slots_.upper_bound(*slot_));
   slot_ = *slot_ + settings_.period;
   has_frames_ = false;
   waiting_since_.reset();

@@ -344,7 +344,8 @@ private:
       are_written = true;
       return merged_;
     };
-    on_merged_({status, stamps.newest, changes_, voxels, sourcesOf(status)});
+    on_merged_(
+        {status, stamps.newest, changes_, voxels, sourcesOf(status), stamps.streams});
   }
 
   void

@@ -326,6 +326,54 @@ TEST(MergeSchedule, GoesOnWhenClocksDiffer)
   }
 }
 
+TEST(MergeSchedule, GoesOnWithTheStreamsOfAnotherClockWhereTheOthersEnd)
+{
+  ScheduleRun run;
+  Time last(0);
+  for (Time now = 0ms; now < 12s; now += 10ms) {
+    if (now % 100ms == 0ms) {
+      run.add("behind", begin - 1h + now, now);
+      for (const char* const stream : {"a", "b", "c"})
+        if (now >= 2s && now < 6s)
+          run.add(stream, begin + now, now);
+    }
+    const auto times = run.work(now);
+    if (!times.empty())
+      last = now;
+    // A period; once, until there is no frame of the others, max_wait, too.
+    ASSERT_LE(now - last, now > 5900ms && now <= 6200ms ? 300ms : 100ms) << now.count();
+    for (const Time time : times)
+      if (now >= 2s && now < 7s) {
+        EXPECT_LE(std::max(time - begin - now, now - time + begin), 200ms);
+      }
+  }
+  EXPECT_EQ(run.merged().count(begin - 1h + 11s), 1u); // there is no other clock then
+}
+
+TEST(MergeSchedule, DoesNotGoBackForFramesThatComeLateWhereAnotherClockGoesOn)
+{
+  ScheduleRun run;
+  Time newest(0);
+  for (Time now = 0ms; now < 6s; now += 50ms) {
+    run.add("behind", begin - 1h + now, now);
+    const bool is_pause = now > 2s && now < 3500ms;
+    for (const char* const stream : {"a", "b"})
+      for (Time sent = now == 3500ms ? 2050ms : now; !is_pause && sent <= now;
+           sent += 50ms) {
+        run.add(stream, begin + sent, now);
+        for (const Time time : run.work(now)) {
+          EXPECT_GT(time, newest) << now.count();
+          newest = time;
+        }
+      }
+    for (const Time time : run.work(now)) {
+      EXPECT_GT(time, newest) << now.count();
+      newest = time;
+    }
+  }
+  EXPECT_EQ(newest, begin + 5900ms);
+}
+
 TEST(MergeSchedule, GoesOnWhenClocksAreSetBackByLittle)
 {
   ScheduleRun run;

@@ -7,6 +7,7 @@
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "inputs/stream_metadata.h"
+#include "measuring/markdown_table.h"
 #include "options/setting_options.h"
 #include "streams/stream_decoder.h"
 
@@ -233,9 +234,27 @@ Centre::countMissing(const nodes::MergedFrame& merged)
 }
 
 void
+Centre::tellOfClocks(const nodes::MergedFrame& merged)
+{
+  for (const std::string& stream : merged.other_clocks)
+    if (repeating_streams_.count(stream) == 0 && other_clocks_.insert(stream).second)
+      console_.remark(stream +
+                      ": its clock is more than 2 s from that of the other streams; it "
+                      "is merged as it arrives");
+  const auto before = std::exchange(merged_time_, merged.time);
+  if (before && *before > merged.time)
+    console_.remark(
+        "merged times go back by " +
+        measuring::formatted(
+            std::chrono::duration<double>(*before - merged.time).count(), 1) +
+        " s, to the clock of the streams that come now");
+}
+
+void
 Centre::publish(const nodes::MergedFrame& merged)
 {
   throwUnlessOk(merged.status);
+  tellOfClocks(merged);
   grid_->map.update(grid_->centre.node(), merged.time);
   if (outputs_.empty())
     return;

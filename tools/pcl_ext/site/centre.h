@@ -155,6 +155,11 @@ private:
   void
   countMissing(const nodes::MergedFrame& merged);
 
+  /** \brief Tells which streams have another clock than the others, and that the clock of
+   * merged times is another one. */
+  void
+  tellOfClocks(const nodes::MergedFrame& merged);
+
   const CentreOptions& options_;
   const RequestIFrame request_i_frame_;
   Console& console_;
@@ -167,6 +172,8 @@ private:
   std::map<std::string, Missing> missing_;
   std::set<std::string> merged_streams_;    // that a merged frame had
   std::set<std::string> repeating_streams_; // have repeated times, which was told
+  std::set<std::string> other_clocks_;      // streams of them, which was told
+  std::optional<nodes::Time> merged_time_;  // of the last merged frame
   bool has_slow_effort_ = false;            // one of the streams that arrive
   nodes::Time kept_{0};                     // of the latest frame of a replay
 };

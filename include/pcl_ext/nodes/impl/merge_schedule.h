@@ -74,7 +74,9 @@ struct ScheduledFrame {
  *
  * Streams need not have a common clock with this machine, but one with each other: those
  * whose clocks are more than 2 s from the others' median are not held back, nor waited
- * for. The first merged frames are of the streams that are known by then.
+ * for. The first merged frames are of the streams that are known by then. Where only
+ * streams of other clocks go on, merged times go on by the time of their arrival, until
+ * the others are too old.
  *
  * Frames that arrive late, as those behind a pause of the link or of this machine, tell
  * nothing of a clock: that of a stream is known by the frame that took the least time to
@@ -211,10 +213,20 @@ private:
   std::optional<Time>
   newestStamp(Time offset, Time now) const;
 
+  /** \brief Time of arrival minus stamp of the newest frame of the streams that are alive,
+   * of the common clock. */
+  std::optional<Time>
+  latestOffset(Time offset, Time now) const;
+
   /** \brief True if the clocks of the streams were set back so far that merging begins
    * anew. */
   bool
-  areClocksSetBack(Time offset, Time now) const;
+  areClocksSetBack(Time offset, Time now);
+
+  /** \brief Forgets what is to be merged next, so that it is known by the frames that
+   * are held. */
+  void
+  beginAnew();
 
   /** \brief The newest multiple of the period that need not wait for frames. */
   Time
@@ -249,6 +261,11 @@ private:
   bool
   isComplete(Time offset, Time now);
 
+  /** \brief True if frames of other clocks are to be merged without a new one of the
+   * common clock; the slot is that of their arrival then. */
+  bool
+  isDueForOthers(Time offset, Time now);
+
   /** \brief See Step::oldest. */
   Time
   oldestOf(Time merge, Time offset) const;
@@ -262,7 +279,9 @@ private:
   bool has_frames_ = false;            // of the slot
   std::optional<Time> has_more_since_; // frames for it that cannot be released
   std::optional<Time> waiting_since_;  // arrival of the first frame for it
-  bool is_late_ = false;               // until nothing was left out
+  std::set<Time> other_slots_;         // when frames of other clocks came
+  Time ahead_{0};        // of the common clock's frames, as only others came
+  bool is_late_ = false; // until nothing was left out
   bool has_ended_ = false;
   MergeCounts counts_;
 };

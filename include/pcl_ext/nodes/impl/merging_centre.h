@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,10 @@ struct MergedFrame {
 
   /** \brief What the voxels are of: each stream, followed by its own sources. */
   const std::vector<MergedSource>& sources;
+
+  /** \brief Streams that are merged as they arrive, as their clocks are more than 2 s from
+   * the others'. */
+  const std::set<std::string>& other_clocks;
 };
 
 /** \brief Called for each merged frame, by one thread at a time. Must not throw in a
