@@ -16,6 +16,9 @@ namespace pcl_ext::PCL_EXT_ABI::link {
 
 namespace {
 
+using StreamInfoHandle =
+    std::unique_ptr<jsStreamInfo, NatsDeleter<jsStreamInfo, jsStreamInfo_Destroy>>;
+
 LinkStatus
 jetStreamFailure(const Connection& connection, natsStatus status, jsErrCode error)
 {
@@ -27,7 +30,7 @@ jetStreamFailure(const Connection& connection, natsStatus status, jsErrCode erro
   if (error == JSStreamNotFoundErr || status == NATS_NOT_FOUND)
     return {LinkCode::CannotConnect,
             "the server keeps no frames of the site '" + site +
-                "': keepFrames() or pcl_ext keep makes it do so"};
+                "': pcl_ext keep makes it do so"};
   if (!connection.isConnected())
     return connection.statusOf(status);
   if (status == NATS_TIMEOUT)
@@ -245,36 +248,51 @@ namespace {
 LinkStatus
 keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
 {
-  if (settings.max_age < std::chrono::seconds(0))
+  if (settings.max_age && *settings.max_age < std::chrono::seconds(0))
     return {LinkCode::InvalidSettings, "max_age is negative; it must be at least 0"};
   Connection connection(link, nullptr);
   JetStreamHandle stream;
   if (LinkStatus status = openJetStream(connection, stream); !status.ok())
     return status;
+  jsErrCode error = jsErrCode(0);
+  jsStreamInfo* found = nullptr;
+  natsStatus status =
+      js_GetStreamInfo(&found, stream.get(), link.site.c_str(), nullptr, &error);
+  const StreamInfoHandle before(found);
+  if (status != NATS_OK && status != NATS_NOT_FOUND && error != JSStreamNotFoundErr)
+    return jetStreamFailure(connection, status, error);
   // With and without the part that a server appends which divides streams.
   const std::string whole = link.site + ".*.frames";
   const std::string divided = whole + ".*";
   std::array<const char*, 2> subjects{whole.c_str(), divided.c_str()};
   jsStreamConfig config;
   jsStreamConfig_Init(&config);
+  config.MaxAge = std::chrono::nanoseconds(std::chrono::hours(24)).count();
+  if (before != nullptr)
+    config = *before->Config; // what nobody names stays
   config.Name = link.site.c_str();
   config.Subjects = subjects.data();
   config.SubjectsLen = static_cast<int>(subjects.size());
-  config.MaxAge =
-      std::chrono::duration_cast<std::chrono::nanoseconds>(settings.max_age).count();
-  config.MaxBytes =
-      settings.max_bytes == 0 ? -1 : static_cast<std::int64_t>(settings.max_bytes);
-  jsErrCode error = jsErrCode(0);
-  jsStreamInfo* found = nullptr;
-  natsStatus status = js_AddStream(&found, stream.get(), &config, nullptr, &error);
-  if (error == JSStreamNameExistErr)
-    status = js_UpdateStream(&found, stream.get(), &config, nullptr, &error);
+  if (settings.max_age)
+    config.MaxAge = std::chrono::nanoseconds(*settings.max_age).count();
+  if (settings.max_bytes)
+    config.MaxBytes =
+        *settings.max_bytes == 0 ? -1 : static_cast<std::int64_t>(*settings.max_bytes);
+  found = nullptr;
+  const auto set = before == nullptr ? js_AddStream : js_UpdateStream;
+  status = set(&found, stream.get(), &config, nullptr, &error);
+  const StreamInfoHandle after(found);
   if (status != NATS_OK)
     return jetStreamFailure(connection, status, error);
-  kept.messages = found->State.Msgs;
-  kept.bytes = found->State.Bytes;
-  kept.first_time = Time(found->State.FirstTime);
-  jsStreamInfo_Destroy(found);
+  kept.messages = after->State.Msgs;
+  kept.bytes = after->State.Bytes;
+  kept.first_time = Time(after->State.FirstTime);
+  kept.messages_deleted = before != nullptr && before->State.Msgs > kept.messages
+                              ? before->State.Msgs - kept.messages
+                              : 0;
+  kept.max_age = std::chrono::nanoseconds(after->Config->MaxAge);
+  kept.max_bytes =
+      static_cast<std::uint64_t>(std::max<std::int64_t>(0, after->Config->MaxBytes));
   return {};
 }
 
@@ -295,8 +313,7 @@ findKept(const LinkSettings& link, std::vector<SiteStream>& streams)
       js_GetStreamInfo(&found, stream.get(), link.site.c_str(), &options, &error);
   if (status != NATS_OK)
     return jetStreamFailure(connection, status, error);
-  const std::unique_ptr<jsStreamInfo, NatsDeleter<jsStreamInfo, jsStreamInfo_Destroy>>
-      owner(found);
+  const StreamInfoHandle owner(found);
   std::set<SiteStream> all;
   const jsStreamStateSubjects* const subjects = found->State.Subjects;
   for (int i = 0; subjects != nullptr && i < subjects->Count; ++i)

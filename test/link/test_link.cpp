@@ -399,6 +399,14 @@ TEST(Link, ReplaysWhatTheServerKeeps)
     expectCode(keepFrames(settingsOf(server), less, kept), LinkCode::Ok);
     return kept.messages == 60;
   }));
+  // A limit that is not named stays.
+  KeepSettings size;
+  size.max_bytes = 1'000'000'000;
+  expectCode(keepFrames(settingsOf(server), size, kept), LinkCode::Ok);
+  EXPECT_EQ(kept.max_age, std::chrono::hours(1));
+  expectCode(keepFrames(settingsOf(server), less, kept), LinkCode::Ok);
+  EXPECT_EQ(kept.max_bytes, 1'000'000'000u);
+  EXPECT_EQ(kept.messages_deleted, 0u);
   Receiver replay(settings);
   while (replay.take())
     ;
@@ -410,6 +418,10 @@ TEST(Link, ReplaysWhatTheServerKeeps)
   LinkFrame frame;
   expectCode(replay.subscriber.next(frame, milliseconds(0)), LinkCode::EndOfReplay);
   EXPECT_FALSE(one.wantsIFrame()); // a replay asks for nothing
+  size.max_bytes = kept.bytes / 2;
+  expectCode(keepFrames(settingsOf(server), size, kept), LinkCode::Ok);
+  EXPECT_GT(kept.messages_deleted, 0u);
+  EXPECT_EQ(kept.messages_deleted, 60 - kept.messages);
   const NatsServer without;
   const LinkStatus off = keepFrames(settingsOf(without), {}, kept);
   expectCode(off, LinkCode::CannotConnect);

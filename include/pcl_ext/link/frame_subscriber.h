@@ -159,19 +159,24 @@ private:
 
 /** \brief How much of a site's frames a server keeps. */
 struct KeepSettings {
-  /** \brief Frames are deleted when they are older; 0: none is, for its age. */
-  std::chrono::seconds max_age = std::chrono::hours(24);
+  /** \brief Frames are deleted when they are older; 0: none is, for its age. Without a
+   * value the server's limit stays, and is 24 hours where it has kept nothing. */
+  std::optional<std::chrono::seconds> max_age;
 
-  /** \brief The oldest are deleted when all are larger, bytes; 0: no limit of their
-   * own. */
-  std::uint64_t max_bytes = 0;
+  /** \brief The oldest are deleted when all are larger, bytes; 0: no limit of their own.
+   * Without a value the server's limit stays, and there is none where it has kept
+   * nothing. */
+  std::optional<std::uint64_t> max_bytes;
 };
 
 /** \brief What a server keeps of a site's frames. */
 struct KeptFrames {
   std::uint64_t messages = 0;
   std::uint64_t bytes = 0;
-  Time first_time{0}; ///< arrival of the oldest one
+  Time first_time{0};                  ///< arrival of the oldest one
+  std::uint64_t messages_deleted = 0;  ///< for the limits, by this call
+  std::chrono::nanoseconds max_age{0}; ///< 0: no limit
+  std::uint64_t max_bytes = 0;         ///< 0: no limit
 };
 
 /** \brief Makes the server keep the frames of a site, in a stream of JetStream with the

@@ -14,6 +14,9 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <ratio>
+#include <sstream>
+#include <string>
 
 namespace pcl_ext {
 namespace tools {
@@ -48,6 +51,22 @@ requestIFrames(const link::LinkSettings& link)
     subscriber.next(frame, patience);
 }
 
+/** \brief Such as "of the last 24 h, up to 2 GB". */
+std::string
+describeLimits(const link::KeptFrames& kept)
+{
+  using Hours = std::chrono::duration<double, std::ratio<3600>>;
+  constexpr double gigabyte = 1e9;
+  std::ostringstream text;
+  if (kept.max_age == link::Time(0))
+    text << "of any age";
+  else
+    text << "of the last " << Hours(kept.max_age).count() << " h";
+  if (kept.max_bytes > 0)
+    text << ", up to " << static_cast<double>(kept.max_bytes) / gigabyte << " GB";
+  return text.str();
+}
+
 } // namespace
 
 Run
@@ -63,7 +82,7 @@ addKeep(CLI::App& app)
   addParsed(app,
             "--max-age",
             "TIME",
-            "delete what is older (24h)",
+            "delete what is older (as before; at first 24h)",
             [options](const std::string& text) {
               options->keep.max_age = std::chrono::seconds(static_cast<std::int64_t>(
                   std::ceil(parseDuration("--max-age", text))));
@@ -71,7 +90,7 @@ addKeep(CLI::App& app)
   addParsed(app,
             "--max-size",
             "SIZE",
-            "delete the oldest above (no limit)",
+            "delete the oldest above (as before; at first no limit)",
             [options](const std::string& text) {
               options->keep.max_bytes =
                   static_cast<std::uint64_t>(parseBytes("--max-size", text));
@@ -86,9 +105,12 @@ addKeep(CLI::App& app)
       requestIFrames(options->link);
     constexpr double megabyte = 1e6;
     console.summary(
-        "the server keeps the frames of site " + options->link.site + "; now " +
-        counted(kept.messages, "frame") + ", " +
-        measuring::formatted(static_cast<double>(kept.bytes) / megabyte, 2) + " MB");
+        "the server keeps the frames of site " + options->link.site + " " +
+        describeLimits(kept) + "; now " + counted(kept.messages, "frame") + ", " +
+        measuring::formatted(static_cast<double>(kept.bytes) / megabyte, 2) + " MB" +
+        (kept.messages_deleted > 0
+             ? "; " + counted(kept.messages_deleted, "frame") + " deleted"
+             : ""));
     return int(all_done);
   };
 }
