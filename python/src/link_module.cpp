@@ -156,6 +156,7 @@ public:
     values["bytes"] = statistics.bytes;
     values["frames_under_way"] = statistics.frames_under_way;
     values["frames_not_sent"] = statistics.frames_not_sent;
+    values["frames_unanswered"] = statistics.frames_unanswered;
     values["i_frame_requests"] = statistics.i_frame_requests;
     values["reconnections"] = statistics.reconnections;
     values["is_connected"] = statistics.is_connected;

@@ -62,6 +62,7 @@ SentFrames::settle()
   while (!under_way_.empty() &&
          (!is_connected || under_way_.front().connection != connection)) {
     ++lost_;
+    ++unanswered_frames_;
     under_way_.pop_front();
   }
   while (out_of_step_ == connection && !under_way_.empty() &&
@@ -179,6 +180,7 @@ SentFrames::describe(PublisherStatistics& statistics)
   statistics.frames = frames_;
   statistics.bytes = bytes_;
   statistics.frames_not_sent = lost_;
+  statistics.frames_unanswered = unanswered_frames_;
   statistics.frames_under_way = under_way_.size();
   if (last_sent_)
     statistics.age = Clock::now() - *last_sent_;

@@ -103,6 +103,7 @@ private:
   std::uint64_t frames_ = 0; // that the server has
   std::uint64_t bytes_ = 0;
   std::uint64_t lost_ = 0;
+  std::uint64_t unanswered_frames_ = 0; // of these, when their connection was lost
   std::optional<Clock::time_point> last_sent_;
   std::optional<std::uint64_t> unanswered_; // connection whose ping was not answered
   Clock::time_point unanswered_since_;

@@ -90,6 +90,16 @@ TEST_F(ProgramSite, TellsHowManyCloudsHadNoRoom)
                       "/room: --max-rate has no room for any of its 100 clouds: "));
 }
 
+TEST_F(ProgramSite, TellsWhatMaxRateHasChanged)
+{
+  const NatsServer server;
+  writeClouds("room", roomClouds(20));
+  const ProgramRun sent =
+      run("send room --rate 20 -r 0.02 --max-rate 100kbit/s" + at(server));
+  EXPECT_TRUE(hasPart(sent.errors, "/room: rate control, ")) << sent.errors;
+  EXPECT_TRUE(hasPart(sent.errors, "at the end: voxels of ")) << sent.errors;
+}
+
 TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
 {
   const NatsServer server;
@@ -120,7 +130,9 @@ TEST_F(ProgramSite, WhatIsKeptBeginsWithAnIFrame)
     return metrics.find("\npcl_ext_publisher_frames_total ") != std::string::npos &&
            metrics.find("\npcl_ext_publisher_frames_total 0\n") == std::string::npos;
   }));
-  expectRun("keep" + at(server));
+  expectRun("keep --max-age 720h --max-size 1GB" + at(server));
+  EXPECT_TRUE(
+      hasPart(expectRun("keep" + at(server)).output, "of the last 720 h, up to 1 GB;"));
   expectRun("receive -q --replay all -o kept.mcap" + at(server));
   EXPECT_TRUE(decode(folder / "kept.mcap")[0].frames[0].description.is_i_frame);
 }

@@ -24,6 +24,9 @@ struct PublisherStatistics {
   std::uint64_t frames_under_way = 0; ///< handed to the connection, not answered yet
   std::uint64_t frames_not_sent =
       0; ///< the connection was lost, or they were too large or not permitted
+  /** \brief Those of frames_not_sent that were handed to a connection which was lost
+   * before the server had answered: it may have them. */
+  std::uint64_t frames_unanswered = 0;
   std::uint64_t i_frame_requests = 0; ///< received
   std::uint64_t violations = 0; ///< what the server did not permit, frames for one
   std::uint64_t reconnections = 0;

@@ -86,6 +86,8 @@ private:
     });
     if (const std::string overload = cell.overload(); !overload.empty())
       console_.error(overload);
+    for (const std::string& sentence : cell.remarks())
+      console_.remark(sentence);
     summarise(output, cell.cloudsWithoutRoom());
   }
 
@@ -99,8 +101,7 @@ private:
     status_.update([&] {
       const link::PublisherStatistics sent = output.statistics();
       LiveFigures figures{sent.frames, sent.bytes, sent.is_connected, sent.age, rest};
-      if (sent.frames_not_sent > 0)
-        figures.rest += ", " + std::to_string(sent.frames_not_sent) + " lost";
+      figures.rest += lossesOf(sent, 0);
       return figures;
     });
   }
@@ -183,7 +184,7 @@ private:
   bool
   report(const PlayedClouds& clouds, const CloudInput& input)
   {
-    for (const std::string& sentence : clouds.leftOut())
+    for (const std::string& sentence : clouds.remarks())
       console_.remark(sentence);
     for (const std::string& place : input.damage())
       console_.error(place);
@@ -256,12 +257,9 @@ private:
       console_.error("the server did not permit all that was asked of it");
       has_failed_ = true;
     }
-    const std::uint64_t lost = statistics.frames_not_sent + statistics.frames_under_way;
-    if (lost > 0) {
-      line += ", " + counted(lost, "frame") + " lost";
-      has_failed_ = true;
-    }
-    console_.summary(line);
+    const std::string losses = lossesOf(statistics, statistics.frames_under_way);
+    has_failed_ |= !losses.empty();
+    console_.summary(line + losses);
   }
 
   SendOptions options_;

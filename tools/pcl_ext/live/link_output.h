@@ -6,7 +6,9 @@
 #include "console/events.h"
 #include "console/throw_unless_ok.h"
 #include "live/live_output.h"
+#include "options/text_values.h"
 
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <set>
@@ -16,6 +18,25 @@
 
 namespace pcl_ext {
 namespace tools {
+
+/** \brief Which frames the server has not, or may not have, for a line; empty if it has
+ * all.
+ * \param[in] under_way those without an answer that none is expected for any more
+ */
+inline std::string
+lossesOf(const link::PublisherStatistics& sent, std::uint64_t under_way)
+{
+  const std::uint64_t unknown = sent.frames_unanswered + under_way;
+  const std::uint64_t lost = sent.frames_not_sent - sent.frames_unanswered;
+  std::string losses;
+  if (lost > 0)
+    losses += ", " + counted(lost, "frame") + " lost";
+  if (unknown > 0)
+    losses += ", of " + counted(unknown, "frame") +
+              " it is not known whether the server has " +
+              (unknown == 1 ? "it" : "them");
+  return losses;
+}
 
 /** \brief Publishes frames for other machines. Frames that cannot be sent are lost, which
  * the events tell. */

@@ -126,6 +126,17 @@ LiveCell::cloudsWithoutRoom() const
   return clouds;
 }
 
+std::vector<std::string>
+LiveCell::remarks() const
+{
+  std::vector<std::string> sentences;
+  for (const auto& sensor : sensors_)
+    for (const auto& [about, sentence] : sensor->encoder.remarks())
+      if (about == Remark::Budget)
+        sentences.push_back(sentence);
+  return sentences;
+}
+
 std::string
 LiveCell::overload() const
 {

@@ -67,7 +67,11 @@ public:
   std::size_t
   cloudsWithoutRoom() const;
 
-  /** \brief The same once in a run, after some seconds; else empty. Called by the
+  /** \brief What --max-rate has changed, a sentence for each sensor. After run(). */
+  std::vector<std::string>
+  remarks() const;
+
+  /** \brief The same as overload() once in a run, after some seconds; else empty. Called by the
    * function that run() takes. */
   std::string
   newOverload();

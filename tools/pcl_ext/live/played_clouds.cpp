@@ -90,12 +90,13 @@ PlayedClouds::streamsWithoutRoom() const
 }
 
 std::vector<std::string>
-PlayedClouds::leftOut() const
+PlayedClouds::remarks() const
 {
   std::vector<std::string> sentences;
   for (const Stream& stream : streams_)
     for (const auto& [about, sentence] : stream.encoder.remarks())
-      if (about == Remark::LeftOut || about == Remark::Intensity)
+      if (about == Remark::LeftOut || about == Remark::Intensity ||
+          about == Remark::Budget)
         sentences.push_back(sentence);
   return sentences;
 }

@@ -96,9 +96,10 @@ public:
   std::vector<std::string>
   pointsOutsideGrid() const;
 
-  /** \brief What is not encoded of the clouds, see StreamEncoder. After run(). */
+  /** \brief What is not encoded of the clouds, and what --max-rate has changed, see
+   * StreamEncoder. After run(). */
   std::vector<std::string>
-  leftOut() const;
+  remarks() const;
 
 private:
   struct Stream {
