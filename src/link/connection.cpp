@@ -104,6 +104,15 @@ shownServers(const LinkSettings& settings)
   return shown;
 }
 
+/** \brief True if TLS fails as the server's certificate is of another name or address,
+ * in the words of OpenSSL. */
+bool
+isOfOtherHost(const char* details)
+{
+  return details != nullptr &&
+         std::string(details).find(" mismatch") != std::string::npos;
+}
+
 LinkStatus
 invalid(const std::string& setting, const std::string& value, const std::string& rule)
 {
@@ -278,14 +287,20 @@ Connection::connectionFailure(natsStatus failure) const
             at + " has no TLS, which tls:// and a certificate ask for"};
   case NATS_SSL_ERROR: {
     const char* const details = nats_GetLastError(nullptr);
-    return {LinkCode::CannotConnect,
-            SettingText{
-                SettingText::of(at + " takes encrypted connections, and TLS fails: " +
-                                (details != nullptr ? details : ""))
-                    .marked +
-                "; {ca_file} has the certificates to trust"}};
+    return {
+        LinkCode::CannotConnect,
+        SettingText{
+            SettingText::of(at + " takes encrypted connections, and TLS fails: " +
+                            (details != nullptr ? details : ""))
+                .marked +
+            (isOfOtherHost(details) ? "; the server's certificate must have the "
+                                      "name or address by which {servers} has it"
+                                    : "; {ca_file} has the certificates to trust")}};
   }
-  case NATS_NO_SERVER:
+  case NATS_NO_SERVER: // nats.c does not tell which
+    return {LinkCode::CannotConnect,
+            at + " cannot be reached: no program listens there, or no host has that "
+                 "name"};
   case NATS_TIMEOUT:
     return {LinkCode::CannotConnect,
             at + " does not answer within " +
@@ -350,6 +365,24 @@ Connection::tell(const std::string& event) const
 }
 
 void
+Connection::tellOfError(const std::string& error)
+{
+  constexpr std::chrono::seconds interval{10};
+  constexpr std::size_t most_errors = 10'000;
+  const auto now = std::chrono::steady_clock::now();
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (told_errors_.size() > most_errors)
+      told_errors_.clear();
+    const auto [told, is_new] = told_errors_.emplace(error, now);
+    if (!is_new && now - told->second < interval)
+      return;
+    told->second = now;
+  }
+  tellOfServer("reports: " + error);
+}
+
+void
 Connection::onDisconnected(natsConnection* /* connection */, void* self)
 {
   const auto& it = *static_cast<Connection*>(self);
@@ -389,10 +422,8 @@ Connection::onError(natsConnection* connection,
   natsConnection_GetLastError(connection, &details);
   if (error == NATS_NOT_PERMITTED)
     static_cast<Connection*>(self)->countViolation(details != nullptr ? details : "");
-  static_cast<Connection*>(self)->tell(
-      "the server at " + shownServers(static_cast<Connection*>(self)->settings_) +
-      " reports: " +
-      (details != nullptr && *details != '\0' ? details : natsStatus_GetText(error)));
+  static_cast<Connection*>(self)->tellOfError(
+      details != nullptr && *details != '\0' ? details : natsStatus_GetText(error));
 }
 
 Subscription::~Subscription()

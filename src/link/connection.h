@@ -6,9 +6,11 @@
 #include <nats/nats.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -134,6 +136,11 @@ private:
   void
   tell(const std::string& event) const;
 
+  /** \brief Tells what the server reports, but not again within some seconds, as for each
+   * frame. */
+  void
+  tellOfError(const std::string& error);
+
   /** \brief Counts what the server did not permit.
    * \param[in] what in its words
    */
@@ -164,6 +171,7 @@ private:
   std::mutex mutex_; // guards what follows
   std::condition_variable closed_;
   bool is_closed_ = false;
+  std::map<std::string, std::chrono::steady_clock::time_point> told_errors_; // and when
 };
 
 /** \brief A subscription whose handler is not called any more once this is destroyed. */

@@ -45,7 +45,7 @@ TEST(LinkSecurity, ChecksSettingsBeforeItConnects)
   settings.ca_file = "/no/such/file";
   expectRefusal(settings, LinkCode::InvalidSettings, "'/no/such/file' cannot be read");
   settings.ca_file = "";
-  expectRefusal(settings, LinkCode::CannotConnect, "does not answer within 2000 ms");
+  expectRefusal(settings, LinkCode::CannotConnect, "cannot be reached: no program");
   settings.connect_timeout = std::chrono::milliseconds(0);
   expectRefusal(settings, LinkCode::InvalidSettings, "connect_timeout is '0 ms'");
 }
@@ -151,17 +151,63 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermit)
   EXPECT_EQ(sent.frames_not_sent, 1u);
 }
 
-TEST(LinkSecurity, Encrypts)
+TEST(LinkSecurity, TellsTheSameErrorOnceWhateverComesBetween)
 {
-  const TestFolder folder;
+  const NatsServer server(
+      "authorization { users = [ { user: viewer, password: v, permissions: "
+      "{ publish: \"cell.*.requests\", subscribe: \">\" } } ] }");
+  LinkSettings settings = settingsOf(server);
+  settings.user = "viewer";
+  settings.password = "v";
+  std::atomic<int> events{0};
+  settings.on_event = [&](const std::string&) { ++events; };
+  FramePublisher publisher(settings);
+  expectCode(publisher.connect(), LinkCode::Ok);
+  std::size_t streams[2] = {};
+  expectCode(publisher.addStream("/a", {}, streams[0]), LinkCode::Ok);
+  expectCode(publisher.addStream("/b", {}, streams[1]), LinkCode::Ok);
+  const Bytes frame = LiveSource(1000).next();
+  for (std::uint64_t count = 1; count <= 6; ++count) {
+    publisher.publish(streams[count % 2], Time(1), frame.data(), frame.size());
+    ASSERT_TRUE(waitFor([&] { return publisher.statistics().violations == count; }));
+  }
+  EXPECT_TRUE(waitFor([&] { return events >= 2; }));
+  EXPECT_EQ(events, 2);
+}
+
+/** \brief Makes certificate.pem and key.pem, and the configuration of a server with them.
+ * \param[in] names of the server, as openssl takes them
+ */
+std::string
+tlsOf(const TestFolder& folder, const std::string& names)
+{
   const std::string make =
       "cd '" + folder / "" +
       "' && openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes "
       "-keyout key.pem -out certificate.pem -days 2 -subj /CN=localhost -addext "
-      "'subjectAltName=DNS:localhost,IP:127.0.0.1' 2> openssl.log";
-  ASSERT_EQ(std::system(make.c_str()), 0);
-  const NatsServer server("tls { cert_file: \"" + folder / "certificate.pem" +
-                          "\", key_file: \"" + folder / "key.pem" + "\" }");
+      "'subjectAltName=" +
+      names + "' 2> openssl.log";
+  EXPECT_EQ(std::system(make.c_str()), 0);
+  return "tls { cert_file: \"" + folder / "certificate.pem" + "\", key_file: \"" +
+         folder / "key.pem" + "\" }";
+}
+
+TEST(LinkSecurity, TellsOfACertificateOfAnotherHost)
+{
+  const TestFolder folder;
+  const NatsServer server(tlsOf(folder, "DNS:elsewhere"));
+  LinkSettings settings = settingsOf(server);
+  settings.servers = server.url("tls");
+  settings.ca_file = folder / "certificate.pem";
+  expectRefusal(settings,
+                LinkCode::CannotConnect,
+                "the server's certificate must have the name or address by which");
+}
+
+TEST(LinkSecurity, Encrypts)
+{
+  const TestFolder folder;
+  const NatsServer server(tlsOf(folder, "DNS:localhost,IP:127.0.0.1"));
   LinkSettings settings = settingsOf(server);
   for (const char* const scheme : {"nats", "tls"}) {
     settings.servers = server.url(scheme);

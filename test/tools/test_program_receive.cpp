@@ -159,8 +159,10 @@ TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
   expectFailure("receive --replay all -o x.mcap" + at(server),
                 1,
                 "the server keeps no frames of the site 'cell'");
-  EXPECT_EQ(expectRun("keep --max-age 1h --max-size 1GB" + at(server)).output,
-            "the server keeps the frames of site cell; now 0 frames, 0.00 MB\n");
+  EXPECT_EQ(
+      expectRun("keep --max-age 1h --max-size 1GB" + at(server)).output,
+      "the server keeps the frames of site cell of the last 1 h, up to 1 GB; now 0 "
+      "frames, 0.00 MB\n");
   expectRun("send -q sent.mcap" + at(server));
   for (const std::string from : {"all", "10min"}) {
     expectRun("receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
@@ -381,7 +383,7 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
                   {"receive -o x.mcap --user a" + at(server),
                    1,
                    "refuses user 'a': wrong user or password"},
-                  {"keep" + nobody, 1, "does not answer within 2000 ms"}});
+                  {"keep" + nobody, 1, "cannot be reached: no program listens"}});
   EXPECT_FALSE(fs::exists(folder / "x.mcap"));
   EXPECT_FALSE(fs::exists(folder / "x.mcap.unfinished"));
   const ProgramRun right =
