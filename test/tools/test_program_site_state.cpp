@@ -178,7 +178,7 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
   EXPECT_TRUE(hasPart(receiving.errors(), "/room: its outliers stay: "));
 }
 
-TEST_F(ProgramSiteState, AFullDiskLeavesTheMapWhole)
+TEST_F(ProgramSiteState, AFullDiskEndsTheRecordingAndTheMapGoesOn)
 {
   const NatsServer server;
   writeClouds("room", roomClouds(60));
@@ -191,13 +191,49 @@ TEST_F(ProgramSiteState, AFullDiskLeavesTheMapWhole)
           at(server));
   receiving.waitForError("receiving from site");
   expectRun("send -q room --rate 50 -r 0.02 --i-frame-rate 1" + at(server));
-  EXPECT_EQ(receiving.end(0), 1);
+  EXPECT_EQ(receiving.end(SIGINT), 1);
   EXPECT_TRUE(hasPart(receiving.errors(),
                       "; what was written until then is in 'x.mcap.unfinished'\n"))
       << receiving.errors();
   EXPECT_TRUE(std::filesystem::exists(folder / "map.ot"));
   EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
-  EXPECT_TRUE(hasPart(receiving.output(), "\nsite cell: "));
+  EXPECT_TRUE(hasPart(receiving.output(), "\nsite cell: 60 frames of 1 stream, "));
+  EXPECT_TRUE(hasPart(receiving.output(), " of them recorded\n")) << receiving.output();
+}
+
+TEST_F(ProgramSiteState, AFileThatAnotherProgramWritesIsNotTakenForItsOwn)
+{
+  const NatsServer server;
+  const Receiving receiving(folder, "receive", at(server) + "-o x.mcap");
+  const ProgramRun other = run("receive -o x.mcap" + at(server));
+  EXPECT_EQ(other.status, 1);
+  EXPECT_TRUE(hasPart(other.errors, "another program is writing 'x.mcap.unfinished'"));
+  EXPECT_FALSE(hasPart(other.errors, "what was written")) << other.errors;
+}
+
+TEST_F(ProgramSiteState, AStreamOfAnotherClockIsToldAndTimesThatGoBackAre)
+{
+  const NatsServer server;
+  Receiving receiving(folder, "receive", at(server) + "--merge all --merge-age 300ms");
+  SitePublisher first(server, "/a");
+  SitePublisher second(server, "/b");
+  SitePublisher behind(server, "/behind");
+  view::test::LiveSource source(1);
+  for (int i = 0; receiving.errors().find("merged times go back") == std::string::npos;
+       ++i) {
+    const Bytes frame = source.next();
+    const recording::Time time =
+        std::chrono::hours(2) + std::chrono::milliseconds(50 * i);
+    for (SitePublisher* const sensor : {&first, &second})
+      if (i < 20)
+        sensor->publish(time, frame);
+    behind.publish(time - std::chrono::hours(1), frame);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50)); // ctest ends it
+  }
+  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+  const std::string remark = ": its clock is more than 2 s from that of the other";
+  EXPECT_TRUE(hasPart(receiving.errors(), "/behind" + remark)) << receiving.errors();
+  EXPECT_FALSE(hasPart(receiving.errors(), "/a" + remark)) << receiving.errors();
 }
 
 TEST_F(ProgramSiteState, AMapThatIsTooSlowSaysSo)

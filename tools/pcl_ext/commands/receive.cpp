@@ -28,6 +28,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -88,7 +89,6 @@ public:
     console_.remark("receiving from site " + options_.link.link.site + "; Ctrl-C ends");
     if (options_.centre.is_replay)
       replay_.emplace(*subscriber_, console_);
-    // Where one part fails, the others are complete up to there.
     tellFailure([&] { receiveAll(); });
     if (replay_)
       replay_->show();
@@ -116,13 +116,16 @@ public:
   }
 
 private:
-  /** \brief Does some work, and tells why if it fails. */
+  /** \brief Does some work, and tells why if it fails.
+   * \return false if it has failed
+   */
   template <typename WorkT>
-  void
+  bool
   tellFailure(const WorkT& work)
   {
     try {
       work();
+      return true;
     }
     catch (const UsageError&) {
       throw;
@@ -133,6 +136,24 @@ private:
         console_.error(error.what());
       has_failed_ = true;
     }
+    return false;
+  }
+
+  /** \brief Has each part do some work. One that fails does no more, and the others go
+   * on. */
+  template <typename WorkT>
+  void
+  forParts(const WorkT& work)
+  {
+    for (FrameTaker* const taker : takers_)
+      if (failed_.count(taker) == 0 && !tellFailure([&] { work(*taker); }))
+        failed_.insert(taker);
+  }
+
+  bool
+  haveAllFailed() const
+  {
+    return !takers_.empty() && failed_.size() == takers_.size();
   }
 
   static void
@@ -232,15 +253,14 @@ private:
     Clock::time_point next_work;
     std::optional<Clock::time_point> end; // when also what is under way has to be there
     bool is_taken = true;
-    while (is_taken && (!end || Clock::now() < *end)) {
+    while (is_taken && !haveAllFailed() && (!end || Clock::now() < *end)) {
       is_taken = takeNext(patience);
       if (!end && is_over())
         end = replay_ ? Clock::now() : Clock::now() + last_patience;
       // Not for each of thousands of frames, but in a replay, whose time they are.
       const bool is_due = !has_taken_frame_ || Clock::now() >= next_work;
       if (is_due || replay_)
-        for (FrameTaker* const taker : takers_)
-          taker->work();
+        forParts([](FrameTaker& taker) { taker.work(); });
       if (!is_due)
         continue;
       if (replay_)
@@ -269,8 +289,7 @@ private:
     const auto status = subscriber_->next(frame_, patience);
     has_taken_frame_ = status.ok();
     if (status.ok())
-      for (FrameTaker* const taker : takers_)
-        taker->take(frame_);
+      forParts([this](FrameTaker& taker) { taker.take(frame_); });
     else if (status.code() != link::LinkCode::NoFrame &&
              status.code() != link::LinkCode::EndOfReplay)
       throwUnlessOk(status);
@@ -306,6 +325,8 @@ private:
     }
     if (merged_)
       figures.published = merged_->statistics();
+    if (recording_ && failed_.count(&*recording_) > 0)
+      figures.recorded = recording_->framesWritten();
     return figures;
   }
 
@@ -342,6 +363,7 @@ private:
   std::optional<Centre> centre_;
   std::unique_ptr<FrameTaker> view_;
   std::vector<FrameTaker*> takers_;
+  std::set<const FrameTaker*> failed_;   // of these
   std::shared_ptr<void> served_metrics_; // after what they are of
   StatusLine status_{console_};
   link::LinkFrame frame_; // keeps its memory

@@ -96,7 +96,10 @@ RotatedRecording::rotate()
   current_ = File();
   current_->path = path;
   current_->opened = Clock::now();
-  check(*current_, current_->writer.open(path));
+  if (const auto opened = current_->writer.open(path); !opened.ok()) {
+    current_.reset(); // what there is of that name is somebody else's
+    throwUnlessOk(opened);
+  }
   if (before_)
     for (const auto& [stream, number] : before_->streams)
       request_i_frame_(stream);
@@ -155,6 +158,7 @@ RotatedRecording::append(File& file, const link::LinkFrame& frame)
   }
   check(file, appended);
   ++file.frames;
+  ++appended_;
 }
 
 void
@@ -201,6 +205,7 @@ RotatedRecording::work()
   for (std::optional<File>* const file : {&before_, &current_})
     if (*file)
       check(**file, (*file)->writer.flush());
+  written_ = appended_;
 }
 
 void

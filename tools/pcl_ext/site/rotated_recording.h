@@ -67,6 +67,13 @@ public:
     return has_left_out_;
   }
 
+  /** \brief Frames that files have for certain. */
+  std::uint64_t
+  framesWritten() const
+  {
+    return written_;
+  }
+
 private:
   using Clock = std::chrono::steady_clock;
 
@@ -121,6 +128,8 @@ private:
   Console& console_;
   FrameFailures failures_;
   MetadataChanges metadata_changes_;
+  std::uint64_t appended_ = 0;                 // frames, to all files
+  std::uint64_t written_ = 0;                  // of these, when they were flushed last
   bool has_left_out_ = false;                  // frames, or metadata
   std::map<std::string, std::size_t> arrived_; // frames by stream, recorded or not
   std::map<std::string, std::string>

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "site/site_report.h"
 
+#include "live/link_output.h"
 #include "measuring/markdown_table.h"
 #include "options/text_values.h"
 
@@ -24,7 +25,7 @@ faultsOf(const link::LinkStreamStatistics& stream)
   add(stream.frames_lost, "lost on the way");
   add(stream.frames_dropped, "dropped, as this machine is too slow");
   add(stream.frames_damaged, "with a wrong checksum");
-  add(stream.messages_invalid, "messages that are no frames");
+  add(stream.messages_invalid, "left out as not a frame");
   add(stream.frames_skipped, "left out after a gap, until an I-frame came");
   if (stream.frames == 0)
     add(stream.frames_early, "left out, as no I-frame came");
@@ -198,6 +199,8 @@ report(const SiteFigures& figures, Console& console)
                      counted(figures.received.streams.size(), "stream") + ", " +
                      measuring::formatted(static_cast<double>(bytes) / megabyte, 2) +
                      " MB";
+  if (figures.recorded)
+    line += "; " + std::to_string(*figures.recorded) + " of them recorded";
   if (early > 0)
     line += "; " + std::to_string(early) + " before the first I-frames left out";
   if (figures.received.replay_pending > 0)
@@ -205,11 +208,9 @@ report(const SiteFigures& figures, Console& console)
         "; " + counted(figures.received.replay_pending, "kept frame") + " not replayed";
   if (figures.published) {
     const link::PublisherStatistics& merged = *figures.published;
-    const std::uint64_t lost = merged.frames_not_sent + merged.frames_under_way;
-    line += "; " + counted(merged.frames, "merged frame");
-    if (lost > 0)
-      line += ", " + std::to_string(lost) + " lost";
-    is_whole &= lost == 0;
+    const std::string losses = lossesOf(merged, merged.frames_under_way);
+    line += "; " + counted(merged.frames, "merged frame") + losses;
+    is_whole &= losses.empty();
   }
   console.summary(line);
   return is_whole;

@@ -13,6 +13,7 @@
 #include "site/centre.h"
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,6 +35,7 @@ struct SiteFigures {
   nodes::MergeCounts merged;
   nodes::MapCounts mapped;
   std::optional<link::PublisherStatistics> published; ///< of the merged stream
+  std::optional<std::uint64_t> recorded; ///< frames, where recording has failed
 };
 
 /** \brief The state for the status line. */
