@@ -25,6 +25,17 @@ def call_of(thing: object, settings: Mapping[str, Any]) -> str:
     return f"{type(thing).__name__}({', '.join(words)})"
 
 
+def in_a_line(values: Any) -> str:
+    """A named tuple, with its bytes as their number."""
+    words = [
+        f"{name}=<{counted(len(value), 'byte')}>"
+        if isinstance(value, bytes)
+        else f"{name}={shown(value)}"
+        for name, value in zip(values._fields, values)
+    ]
+    return f"{type(values).__name__}({', '.join(words)})"
+
+
 def shown(value: Any) -> str:
     """A value in a short line, for messages, too."""
     text = reprlib.Repr()

@@ -27,11 +27,12 @@ from typing import (
     NamedTuple,
     Optional,
     Sequence,
+    Set,
     Union,
 )
 
 from ._arguments import END_OF_TIME, Unique, metadata_of, microseconds, whole_number
-from ._texts import shown
+from ._texts import in_a_line, shown
 from .status import Error
 
 try:
@@ -70,6 +71,9 @@ class LinkFrame(NamedTuple):
     data: bytes
     is_i_frame: bool
     metadata: Dict[str, str]
+
+    def __repr__(self) -> str:
+        return in_a_line(self)
 
 
 class StreamStatistics(NamedTuple):
@@ -203,6 +207,7 @@ class FramePublisher(Unique):
             ),
             _connect_timeout(timeout),
         )
+        self._streams: Set[int] = set()
         _check(*self._native.connect())
 
     def add_stream(self, name: str, metadata: Optional[Dict[str, str]] = None) -> int:
@@ -226,7 +231,14 @@ class FramePublisher(Unique):
         }
         number, code, message = self._native.add_stream(_bytes("name", name), pairs)
         _check(code, message)
+        self._streams.add(number)
         return number
+
+    def _index(self, stream: Any) -> int:
+        index = whole_number("stream", stream)
+        if index not in self._streams:
+            raise ValueError(f"stream is {index}; it must be what add_stream returned")
+        return index
 
     def publish(self, stream: int, data: Buffer, time: float) -> bool:
         """Sends the next frame of a stream.
@@ -252,10 +264,7 @@ class FramePublisher(Unique):
             If the frame is above the server's max_payload.
         """
         nanoseconds = round(microseconds("time", time, END_OF_TIME)) * 1000
-        index = whole_number("stream", stream)
-        if index < 0:
-            raise ValueError(f"stream is {index}; it must be what add_stream returned")
-        code, message = self._native.publish(index, data, nanoseconds)
+        code, message = self._native.publish(self._index(stream), data, nanoseconds)
         if code == "NotConnected":
             return False
         _check(code, message)
@@ -271,7 +280,7 @@ class FramePublisher(Unique):
         stream : int
             What `add_stream` returned.
         """
-        return self._native.wants_i_frame(whole_number("stream", stream))
+        return self._native.wants_i_frame(self._index(stream))
 
     def flush(self, timeout: float = 2.0) -> bool:
         """Waits until the server has all frames.
@@ -290,7 +299,7 @@ class FramePublisher(Unique):
 
     @property
     def statistics(self) -> Dict[str, int]:
-        """Frames and bytes that the server has, frames_under_way, frames_not_sent, i_frame_requests, reconnections, is_connected."""
+        """Frames and bytes that the server has, frames_under_way, frames_not_sent, frames_unanswered, i_frame_requests, reconnections, is_connected."""
         return self._native.statistics()
 
 

@@ -21,7 +21,7 @@ from ._arguments import (
     whole_number,
 )
 from ._progress import Progress, reporting
-from ._texts import counted
+from ._texts import counted, in_a_line
 from .cloud import Cloud
 from .codec import CompressionWarning
 from .frames import FrameField
@@ -54,6 +54,9 @@ class RecordedFrame(NamedTuple):
     is_i_frame: bool  #: decodes without any other frame
     data: bytes  #: what the encoder returned
     fields: Tuple[FrameField, ...] = ()  #: of an I-frame: further fields of its points
+
+    def __repr__(self) -> str:
+        return in_a_line(self)
 
 
 class Damage(NamedTuple):

@@ -78,6 +78,7 @@ def test_frames_arrive(server):
             {"sensor_pose": "1,2,3,0,0,0,1"} if number == 0 else {},
         )
         assert decoder.decode(frame.data) is not None
+        assert f"data=<{len(data):,} bytes>, is_i_frame=" in repr(frame)
     assert subscriber.next(0) is None
     assert subscriber.statistics[name].frames == 5
     assert subscriber.statistics[name].frames_lost == 0
@@ -119,8 +120,11 @@ def test_what_is_wrong(server):
     assert publisher.publish(stream, b"", 0) and publisher.statistics["frames_under_way"] == 0
     with pytest.raises(ValueError, match="not exactly one frame"):
         publisher.publish(stream, b"abc", 0)
-    with pytest.raises(ValueError, match="no stream of number 7"):
-        publisher.publish(7, frames_of(1, 1, pcl_ext.Encoder())[0], 0)
+    for wrong in (7, -1):
+        with pytest.raises(ValueError, match=f"stream is {wrong}; it must be what add_stream"):
+            publisher.publish(wrong, b"", 0)
+        with pytest.raises(ValueError, match=f"stream is {wrong}; it must be what add_stream"):
+            publisher.wants_i_frame(wrong)
 
 
 @pytest.mark.parametrize(
