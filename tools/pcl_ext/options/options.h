@@ -245,7 +245,9 @@ addOutput(CLI::App& app, Output& output, const std::string& description)
 inline void
 addQuiet(CLI::App& app, bool& is_quiet)
 {
-  app.add_flag("-q,--quiet", is_quiet, "no progress and no remarks");
+  app.add_flag("-q,--quiet",
+               is_quiet,
+               "no progress and no remarks; errors and the last line stay");
 }
 
 } // namespace tools
