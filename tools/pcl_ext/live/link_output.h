@@ -32,7 +32,7 @@ lossesOf(const link::PublisherStatistics& sent, std::uint64_t under_way)
   if (lost > 0)
     losses += ", " + counted(lost, "frame") + " lost";
   if (unknown > 0)
-    losses += ", of " + counted(unknown, "frame") +
+    losses += "; of " + counted(unknown, "more frame") +
               " it is not known whether the server has " +
               (unknown == 1 ? "it" : "them");
   return losses;
