@@ -65,11 +65,11 @@ public:
   /** \brief The points of the columns that firings are fitted with, but for the missing
    * ones. */
   std::vector<PixelPoint>
-  ofSampledColumns(std::uint32_t column_count) const
+  ofSampledColumns(const SampledColumns& sampled) const
   {
     std::vector<PixelPoint> points;
     for (std::size_t i = 0; i < cloud_.size(); ++i)
-      if (isSampled(columnOf(i), column_count) && !isMissing(i))
+      if (sampled.has(columnOf(i)) && !isMissing(i))
         points.push_back(at(i));
     return points;
   }

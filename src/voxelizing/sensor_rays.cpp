@@ -17,6 +17,12 @@ namespace {
 /** \brief Nearer rays are those of the sensor: median distance of points, edges. */
 constexpr double near_rays = 0.25;
 
+SampledColumns
+sampledColumns(const SensorCloud& cloud, const scan::ScanLayout& layout)
+{
+  return {layout.width, layout.pixelCount() / std::max<std::size_t>(1, cloud.size())};
+}
+
 /** \brief The pose of columns that are turned since their step was found. */
 WorldPose
 turnedPose(const WorldPose& pose, double shift)
@@ -86,7 +92,7 @@ SensorRays::followPose(const SensorCloud& cloud,
 {
   const bool are_columns_known =
       cloud.image.width > 0 || layout_.order == scan::PointOrder::ColumnByColumn;
-  if (!spinning_ || !are_columns_known || moved_.isApprox(WorldPose::Identity()))
+  if (!spinning_ || !are_columns_known || !haveMoved())
     return false;
   const std::vector<PixelPoint> points =
       PixelPoints(cloud, columns, poseOf(told)).ofEachRow(layout_.height);
@@ -132,12 +138,13 @@ SensorRays::fit(const SensorCloud& cloud,
     }
     fitImage(points, place, pose, grid, may_change_depths, size);
   }
-  else if (layout.order == scan::PointOrder::ColumnByColumn)
-    spinning_ =
-        fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(size.width),
-                    size.height,
-                    size.width,
-                    grid.resolution);
+  else if (layout.order == scan::PointOrder::ColumnByColumn) {
+    const SampledColumns sampled = sampledColumns(cloud, layout);
+    spinning_ = fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(sampled),
+                            size.height,
+                            sampled,
+                            grid.resolution);
+  }
   else
     spinning_ =
         fitEvenSpinning(PixelPoints(cloud, columns, turnedPose(pose, columns.shift()))
@@ -247,10 +254,12 @@ SensorRays::set(const SensorCloud& cloud,
                            is_image ? pose : turnedPose(pose, columns.shift()),
                            frame.grid,
                            frame);
-  if (spinning_->has_motion && !is_new_)
-    followMotion(PixelPoints(cloud, columns, pose).ofSampledColumns(frame.width),
-                 frame.width,
+  if (spinning_->has_motion && !is_new_) {
+    const SampledColumns sampled = sampledColumns(cloud, frame);
+    followMotion(PixelPoints(cloud, columns, pose).ofSampledColumns(sampled),
+                 sampled,
                  *spinning_);
+  }
   is_new_ = false;
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;

@@ -27,6 +27,13 @@ public:
     return told * moved_;
   }
 
+  /** \brief Whether the sensor was not where it was told to be. */
+  bool
+  haveMoved() const
+  {
+    return !moved_.isApprox(WorldPose::Identity());
+  }
+
   /** \brief Finds where the spinning sensor of a cloud with rings is.
    * \param[in] told sensor -> world, metres
    */

@@ -12,9 +12,6 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
-/** \brief Columns whose points are used, spread over the turn. */
-constexpr std::uint32_t sampled_columns = 96;
-
 /** \brief Points nearer than this are on the sensor's own vehicle or case, metres. */
 constexpr double nearest = 0.3;
 
@@ -33,29 +30,22 @@ constexpr double least_motion = 1e-5;
 /** \brief Steps of the angles that sensors send, degrees; the largest first. */
 constexpr double turn_steps[] = {0.2, 0.1, 0.02, 0.01, 0.005};
 
-/** \brief Which column is used next behind a used one. */
-std::uint32_t
-distanceOfSamples(std::uint32_t column_count)
-{
-  return column_count / sampled_columns + 1;
-}
-
 /** \brief Points of the columns that are used, placed by a motion.
  * \param[in] share of them to use: each so many-th one
  */
 std::vector<TurnPoint>
 samplePoints(const std::vector<PixelPoint>& points,
-             std::uint32_t column_count,
+             const SampledColumns& columns,
              std::uint32_t share,
              const TurnMotion& motion)
 {
-  const std::uint32_t every = share * distanceOfSamples(column_count);
+  const std::uint32_t every = share * columns.every;
   std::vector<TurnPoint> samples;
   for (const PixelPoint& point : points)
     if (point.column % every == 0 &&
         point.position.head<2>().squaredNorm() > nearest * nearest)
       samples.emplace_back(
-          point, point.column / every, timeOf(point.column, column_count), motion);
+          point, point.column / every, timeOf(point.column, columns.count), motion);
   return samples;
 }
 
@@ -247,18 +237,24 @@ fitMotion(std::vector<TurnPoint>& samples, double least_move, SpinningFit& fit)
 
 } // namespace
 
-std::size_t
+void
 fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
 {
   constexpr std::size_t fewest = 8;
   const std::vector<PointsOfRow> of_rows = pointsOfRows(samples, rows.size());
-  std::size_t fitted = 0;
   for (std::size_t row = 0; row < rows.size(); ++row)
-    if (of_rows[row].size() >= fewest) {
+    if (of_rows[row].size() >= fewest)
       fitHeights(of_rows[row], rows[row]);
-      ++fitted;
-    }
-  return fitted;
+}
+
+std::size_t
+pointsOfFittedRows(const std::vector<TurnPoint>& samples,
+                   const std::vector<RowFit>& rows)
+{
+  return static_cast<std::size_t>(
+      std::count_if(samples.begin(), samples.end(), [&rows](const TurnPoint& point) {
+        return rows[point.row].run > 0.0;
+      }));
 }
 
 double
@@ -273,13 +269,14 @@ medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>
 std::optional<SpinningFit>
 fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t row_count,
-            std::uint32_t column_count,
+            const SampledColumns& sampled,
             double edge)
 {
-  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, TurnMotion());
+  std::vector<TurnPoint> samples = samplePoints(points, sampled, 1, TurnMotion());
   SpinningFit fit;
   fit.rows.resize(row_count);
-  if (2 * fitHeights(samples, fit.rows) < row_count)
+  fitHeights(samples, fit.rows);
+  if (2 * pointsOfFittedRows(samples, fit.rows) < samples.size() || samples.empty())
     return std::nullopt;
   ColumnAngles columns(samples);
   fitAngles(samples, fit.rows, columns);
@@ -289,11 +286,11 @@ fitSpinning(const std::vector<PixelPoint>& points,
   if (still_off > most_off) {
     SpinningFit moved = fit;
     std::vector<TurnPoint> few =
-        samplePoints(points, column_count, share_of_motion, moved.motion);
+        samplePoints(points, sampled, share_of_motion, moved.motion);
     if (!few.empty())
       fitMotion(few, 10.0 * least_motion, moved);
     std::vector<TurnPoint> moved_samples =
-        samplePoints(points, column_count, 1, moved.motion);
+        samplePoints(points, sampled, 1, moved.motion);
     fitMotion(moved_samples, least_motion, moved);
     if (medianHeightOff(moved_samples, moved.rows) < 0.7 * still_off) {
       fit = moved;
@@ -332,20 +329,14 @@ fitEvenSpinning(const std::vector<PixelPoint>& points,
   return fit;
 }
 
-bool
-isSampled(std::uint32_t column, std::uint32_t column_count)
-{
-  return column % distanceOfSamples(column_count) == 0;
-}
-
 void
 followMotion(const std::vector<PixelPoint>& points,
-             std::uint32_t column_count,
+             const SampledColumns& sampled,
              SpinningFit& fit)
 {
   if (!fit.has_motion)
     return;
-  std::vector<TurnPoint> samples = samplePoints(points, column_count, 1, fit.motion);
+  std::vector<TurnPoint> samples = samplePoints(points, sampled, 1, fit.motion);
   if (samples.size() < least_moving_points)
     return;
   ColumnAngles columns(samples);

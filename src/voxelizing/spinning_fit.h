@@ -16,6 +16,28 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
+/** \brief Columns of a turn whose points fits are made with, spread over the turn. */
+struct SampledColumns {
+  std::uint32_t count; ///< of the turn
+  std::uint32_t every; ///< one of so many is used
+
+  /** \param[in] pixels_of_point where points are few more columns are used */
+  SampledColumns(std::uint32_t column_count, std::size_t pixels_of_point = 1)
+  : count(column_count)
+  {
+    constexpr std::size_t enough = 96;
+    constexpr std::size_t many_pixels = 3;
+    const std::size_t share = pixels_of_point < many_pixels ? 1 : pixels_of_point;
+    every = static_cast<std::uint32_t>(count / (enough * share) + 1);
+  }
+
+  bool
+  has(std::uint32_t column) const
+  {
+    return column % every == 0;
+  }
+};
+
 /** \brief Rays of a spinning sensor, in its coordinates, metres and radians. */
 struct SpinningFit {
   std::vector<RowFit> rows;
@@ -32,12 +54,12 @@ struct SpinningFit {
  * the distance of its depths and that of its angles.
  * \param[in] points with rows and columns
  * \param[in] edge that places are to be exact to, metres
- * \return nothing if most rows have too few points
+ * \return nothing if most points are in rows that have too few
  */
 std::optional<SpinningFit>
 fitSpinning(const std::vector<PixelPoint>& points,
             std::uint32_t row_count,
-            std::uint32_t column_count,
+            const SampledColumns& sampled,
             double edge);
 
 /** \brief The same for a sensor whose columns are evenly spaced, whose lasers may be
@@ -57,25 +79,25 @@ fitEvenSpinning(const std::vector<PixelPoint>& points,
  */
 void
 followMotion(const std::vector<PixelPoint>& points,
-             std::uint32_t column_count,
+             const SampledColumns& sampled,
              SpinningFit& fit);
 
 /** \brief Fits the heights of the rays of rows, as lines over the distance from the axis.
  * \param[in,out] rows those with few points are left as they are
- * \return how many have enough points
  */
-std::size_t
+void
 fitHeights(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows);
+
+/** \brief How many points are in rows whose heights are fitted. */
+std::size_t
+pointsOfFittedRows(const std::vector<TurnPoint>& samples,
+                   const std::vector<RowFit>& rows);
 
 /** \brief Half of the points are nearer to the rays of their rows than this, radians.
  * \param[in] samples not empty, none at the sensor
  */
 double
 medianHeightOff(const std::vector<TurnPoint>& samples, const std::vector<RowFit>& rows);
-
-/** \brief Whether a column is one of those that fits are made with. */
-bool
-isSampled(std::uint32_t column, std::uint32_t column_count);
 
 /** \brief Sets the rays of a scan, but for the angles of columns that are not even.
  * \param[in] sensor_pose sensor -> grid, metres

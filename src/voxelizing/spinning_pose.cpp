@@ -130,24 +130,33 @@ poseOf(const Coefficients& common, const std::vector<RowTerms>& rows)
   return pose;
 }
 
+/** \brief Where points are, and how far from there, metres. */
+struct Extent {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double mean_distance = 0.0;
+
+  explicit Extent(const std::vector<PixelPoint>& points)
+  {
+    const auto count = static_cast<double>(points.size());
+    for (const PixelPoint& point : points)
+      middle += point.position / count;
+    for (const PixelPoint& point : points)
+      mean_distance += (point.position - middle).norm() / count;
+  }
+};
+
 /** \brief A pose from the equations of the rows' surfaces.
  * \return sensor -> points, but for the height; or not finite numbers
  */
 WorldPose
-solvePose(const std::vector<PixelPoint>& points)
+solvePose(const std::vector<PixelPoint>& points, const Extent& extent)
 {
   // Numbers about 1, as the equations are of squares.
-  const auto count = static_cast<double>(points.size());
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const PixelPoint& point : points)
-    middle += point.position / count;
-  double extent = 0.0;
-  for (const PixelPoint& point : points)
-    extent += (point.position - middle).norm() / count;
   std::vector<std::vector<Eigen::Vector3d>> rows;
   for (const PixelPoint& point : points) {
     rows.resize(std::max<std::size_t>(rows.size(), point.row + 1));
-    rows[point.row].push_back((point.position - middle) / std::max(extent, 1e-9));
+    rows[point.row].push_back((point.position - extent.middle) /
+                              std::max(extent.mean_distance, 1e-9));
   }
   std::vector<RowTerms> terms;
   for (const auto& row : rows)
@@ -158,7 +167,7 @@ solvePose(const std::vector<PixelPoint>& points)
   constexpr double most_extents = 100.0;
   if (!(pose.translation().norm() < most_extents))
     pose.translation().setConstant(infinity);
-  pose.translation() = middle + extent * pose.translation();
+  pose.translation() = extent.middle + extent.mean_distance * pose.translation();
   return pose;
 }
 
@@ -183,11 +192,7 @@ struct SeenRows {
     if (points.size() < least_points)
       return;
     fitHeights(points, rows);
-    const auto fitted =
-        std::count_if(points.begin(), points.end(), [this](const TurnPoint& point) {
-          return rows[point.row].run > 0.0;
-        });
-    if (10 * fitted < 9 * static_cast<std::ptrdiff_t>(points.size()))
+    if (10 * pointsOfFittedRows(points, rows) < 9 * points.size())
       return;
     off = medianHeightOff(points, rows);
   }
@@ -242,10 +247,13 @@ findSpinningPose(const std::vector<PixelPoint>& points, const Eigen::Vector3d& p
   const std::vector<PixelPoint> useful = usefulPoints(points, place);
   // Half of the points of a sensor that is where it was told are as near as this, radians.
   constexpr double most_off = 2e-5;
-  const double told_off = SeenRows(useful, WorldPose::Identity()).off;
+  const Extent extent(useful);
+  // From far away angles are small; they are compared as from among the points.
+  const double told_off = SeenRows(useful, WorldPose::Identity()).off *
+                          std::max(1.0, extent.middle.norm() / extent.mean_distance);
   if (useful.empty() || told_off <= most_off)
     return std::nullopt;
-  WorldPose pose = solvePose(useful);
+  WorldPose pose = solvePose(useful, extent);
   SeenRows seen(useful, pose);
   constexpr double least_off = 1e-6; // radians
   for (int round = 0; round < 4 && seen.off < infinity && seen.off > least_off;
