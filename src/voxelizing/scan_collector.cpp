@@ -178,6 +178,8 @@ ScanCollector::setLayout(const FieldCollector& fields,
   scan.row_shifts.clear();
   const bool is_organised = cloud_.image.width > 0;
   const bool has_rings = !is_organised && ScanColumns::areRows(cloud_.rings);
+  if (has_rings && !ring_rows_.number(is_i_frame_due, cloud_.rings))
+    return false;
   if (!is_organised && !has_rings &&
       !rows_.find(rays_.poseOf(sensor_pose).inverse(), is_i_frame_due, cloud_))
     return false;

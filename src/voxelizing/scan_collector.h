@@ -11,6 +11,7 @@
 #include "codec/scan/scan_frame.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
+#include "voxelizing/ring_rows.h"
 #include "voxelizing/scan_columns.h"
 #include "voxelizing/scan_grid.h"
 #include "voxelizing/sensor_cloud.h"
@@ -119,6 +120,7 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
+  RingRows ring_rows_;
   SensorRows rows_;                   // of clouds that do not tell them
   unsigned int untried_i_frames_ = 0; // that follow: no rays are looked for
   unsigned int next_untried_ = 0;     // after the next one in which none are found
