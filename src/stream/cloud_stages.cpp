@@ -224,12 +224,18 @@ CloudStages::encodeCloud(PointBatches& points,
   const bool may_be_scan =
       scans_ && !source.removesNoise() && scan_choice_->mayBeScan(is_i_frame_due);
   if (may_be_scan && collectScan(points, info, is_i_frame_due, status)) {
-    if (status.ok() && !is_i_frame_due &&
-        scan_choice_->triesAgain(voxelization_.points_used))
+    scan_.layout = info.layout;
+    if (status.ok() && !is_i_frame_due && voxelization_.points_used > 0 &&
+        (encoder_.mustBeIFrame(scan_, info.stamp) ||
+         scan_choice_->triesAgain(voxelization_.points_used)))
       return encodeAsIFrame(points, source, info, bytes);
     if (status.ok())
       status = encodeScan(points, info, bytes);
   }
+  // Its voxels could not follow a scan.
+  else if (may_be_scan && !is_i_frame_due &&
+           (encoder_.statistics().has_points || (settings_.keep_order && !status.ok())))
+    return encodeAsIFrame(points, source, info, bytes);
   else {
     if (settings_.keep_order && !may_be_scan)
       status = orderStatus(scans_ ? "noise is removed from its voxels"

@@ -84,6 +84,16 @@ FrameEncoder::isIFrameDue() const
   return reasonsOfStream().any();
 }
 
+bool
+FrameEncoder::mustBeIFrame(const scan::ScanFrame& scan,
+                           const std::optional<FrameStamp>& stamp) const
+{
+  IFrameReasons reasons = reasonsOfStream();
+  if (!reasons.any() && checkHeader(stamp, scan.layout.get()).ok())
+    version1_.addReasons(scan, stamp, reasons);
+  return reasons.any();
+}
+
 void
 FrameEncoder::requestIFrame()
 {
@@ -166,12 +176,10 @@ FrameEncoder::encode(const scan::ScanFrame& scan,
     CompressionStatus checked = checkHeader(stamp, scan.layout.get());
     if (!checked.ok())
       return checked;
-    IFrameReasons reasons = reasonsOfStream();
-    if (!reasons.any())
-      version1_.addReasons(scan, stamp, reasons);
     CodedFrameStatistics statistics;
     statistics.voxels = scan.pixels.size();
-    version1_.encode(reasons.any(), scan, stamp, threads, bytes, statistics);
+    version1_.encode(
+        mustBeIFrame(scan, stamp), scan, stamp, threads, bytes, statistics);
     if (version1_.needsReplacement()) {
       bytes.clear();
       version1_.takeBack();

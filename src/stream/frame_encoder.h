@@ -45,6 +45,12 @@ public:
   bool
   isIFrameDue() const;
 
+  /** \brief Whether a scan has to be an I-frame as one is due, or as it differs from what
+   * a P-frame may have. */
+  bool
+  mustBeIFrame(const scan::ScanFrame& scan,
+               const std::optional<FrameStamp>& stamp) const;
+
   /** \brief Makes the next frame an I-frame. */
   void
   requestIFrame();

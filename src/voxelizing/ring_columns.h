@@ -46,8 +46,15 @@ public:
   bool
   areAlike() const
   {
-    constexpr double tolerance = 0.95;
     return likeness_ >= tolerance * fitted_likeness_;
+  }
+
+  /** \brief Whether the points of fit() are clearly nearer to the columns that it found
+   * than to those of another one that they were assigned to. */
+  bool
+  fitBetterThan(const RingColumns& others) const
+  {
+    return others.likeness_ < tolerance * fitted_likeness_;
   }
 
   /** \brief Columns of an image, 0 before fit(): those of a turn, or more. */
@@ -80,6 +87,9 @@ public:
   releaseMemory();
 
 private:
+  /** \brief Of how near azimuths are to columns. */
+  static constexpr double tolerance = 0.95;
+
   struct RowAzimuth {
     std::uint32_t row;
     double azimuth; // radians

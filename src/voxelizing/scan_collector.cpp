@@ -89,7 +89,8 @@ ScanCollector::collect(PointBatches& points,
                              : "its points are 2^26 edges or more from each other: "
                                "set {bounding_box} around the points to keep, or "
                                "take a larger {resolution}");
-    wants_other_rays_ = std::exchange(was_on_rays_, false);
+    if (is_i_frame_due)
+      wants_other_rays_ = std::exchange(was_on_rays_, false);
     return false;
   }
   const bool is_on_rays = scan.rays.shape != scan::RayShape::Free;
@@ -153,7 +154,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
   }
   const ImageSize size_of_cloud = cloud_.image;
   if (setLayout(fields, sensor_pose, is_i_frame_due, scan) &&
-      locate(sensor_pose, is_i_frame_due || !rays_.areOf(scan), scan)) {
+      locate(sensor_pose, is_i_frame_due, scan)) {
     next_untried_ = 0;
     return true;
   }
@@ -194,7 +195,9 @@ ScanCollector::setLayout(const FieldCollector& fields,
     pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
-    if (is_i_frame_due && has_rings)
+    // Columns that are found by azimuths are those of the sensor's pose.
+    if (has_rings && (is_i_frame_due ||
+                      (scan.order == scan::PointOrder::RowByRow && rays_.haveMoved())))
       rays_.findPose(cloud_, sensor_pose);
     if (!columns_.find(cloud_,
                        rays_.poseOf(sensor_pose).inverse(),
@@ -214,8 +217,7 @@ ScanCollector::setLayout(const FieldCollector& fields,
 }
 
 /** \brief Puts the points where they are, without rays.
- * \return false also if an I-frame would be needed that is not due: it may take more
- * bytes than voxels
+ * \return false also if an I-frame would be needed that is not due
  */
 bool
 ScanCollector::locateFree(const FieldCollector& fields,
@@ -223,7 +225,7 @@ ScanCollector::locateFree(const FieldCollector& fields,
                           bool is_i_frame_due,
                           scan::ScanFrame& scan)
 {
-  if (!is_i_frame_due && !was_free_ && !settings_.keep_order)
+  if (!is_i_frame_due && !was_free_)
     return false;
   scan.firing_order.clear();
   scan.row_shifts.clear();
@@ -247,7 +249,7 @@ ScanCollector::locateFree(const FieldCollector& fields,
   }
   if (scan.pixelCount() > mostPixels(fields) || !orderPoints(scan))
     return false;
-  if (is_i_frame_due || !was_free_)
+  if (is_i_frame_due)
     findPhases(scan);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
@@ -322,6 +324,7 @@ ScanCollector::orderPoints(const scan::ScanFrame& scan)
 
 /** \brief Puts the points on rays.
  * \param[in] refits find rays again if those of the clouds before do not fit as well
+ * \return false if there are none, or, unless refits, those of before do not fit
  */
 bool
 ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame& scan)
@@ -351,15 +354,13 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
       are_located = append_all();
       share = share_beside();
     }
-    const bool are_far = share > far;
-    const bool refits_now = refits || (are_far && rays_.arePlanar());
     if (are_located &&
-        (!refits_now ||
-         (!has_many_more && share <= growth * fitted_share_ + least_growth))) {
-      wants_other_rays_ = are_far;
+        (refits ? !has_many_more && share <= growth * fitted_share_ + least_growth
+                : share <= far))
       return true;
-    }
   }
+  if (!refits && !rays_.arePlanar())
+    return false;
   if (!rays_.fit(cloud_, columns_, sensor_pose, scan.grid, refits, scan) ||
       !append_all())
     return false;

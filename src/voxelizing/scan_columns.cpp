@@ -95,9 +95,15 @@ ScanColumns::findByAzimuth(const SensorCloud& cloud,
   const bool has_many_more = points_.size() > 2 * fitted_points_;
   const bool may_keep =
       ring_count_ <= by_azimuth_.rows() && !(may_refit && has_many_more);
-  const bool is_kept = may_keep && by_azimuth_.assign(points_, shift_) &&
-                       (!may_refit || by_azimuth_.areAlike());
-  if (!is_kept) {
+  const bool are_assigned = may_keep && by_azimuth_.assign(points_, shift_);
+  const bool is_kept = are_assigned && by_azimuth_.areAlike();
+  if (!may_refit && !is_kept) {
+    RingColumns others = by_azimuth_;
+    if (!are_assigned || (others.fit(points_, ring_count_, most_pixels) &&
+                          others.fitBetterThan(by_azimuth_)))
+      return false;
+  }
+  else if (!is_kept) {
     fitted_points_ = points_.size();
     if (!by_azimuth_.fit(points_, ring_count_, most_pixels) ||
         !by_azimuth_.assign(points_, shift_))

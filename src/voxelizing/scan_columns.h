@@ -29,7 +29,8 @@ public:
    * \param[in] may_refit learn the order of the rings again, or the columns of a turn
    * \param[in] most_pixels that the scan may have
    * \param[out] layout size and order are set
-   * \return false if there are none, or too many
+   * \return false if there are none, or too many, or if others than those of before fit
+   * the cloud but may not be learnt
    */
   bool
   find(const SensorCloud& cloud,

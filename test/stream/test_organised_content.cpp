@@ -194,7 +194,7 @@ TEST_P(ContentOfOrganisedClouds, ThatRaysNoLongerFitTakesAnIFrame)
     expectCloud(encoder, decoder, cloud);
     are_i_frames.push_back(encoder.statistics().coding.is_i_frame);
   }
-  EXPECT_EQ(are_i_frames, (std::vector<bool>{true, false, false, true}));
+  EXPECT_EQ(are_i_frames, (std::vector<bool>{true, false, true, false}));
 }
 
 TEST_P(ContentOfOrganisedClouds, OfIFramesHasTheRaysOfBeforeWhileTheyFit)
