@@ -58,8 +58,9 @@ struct SensorNodeSettings {
    * in the air, see PointOutlierRemoval, with these min_log_odds and use_history; all
    * others lose voxels, by the unit of the law, see densityUnitOf(). Name a unit to
    * judge voxels in any case. Voxels are judged at the edges that VoxelOutlierRemoval is
-   * made for; a frame that could not be judged has a warning. Without a sensor_position it is that of the cloud's
-   * transform; intensities of the law Count are numbers of points. */
+   * made for; a frame that could not be judged has a warning. Without a sensor_position
+   * it is that of the cloud's transform; intensities of the law Count are numbers of
+   * points. */
   std::optional<VoxelOutlierRemovalSettings> outlier_removal;
 
   /** \brief Code the stamp of the cloud and global_frame; not in the published
