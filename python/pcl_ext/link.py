@@ -299,7 +299,8 @@ class FramePublisher(Unique):
 
     @property
     def statistics(self) -> Dict[str, int]:
-        """Frames and bytes that the server has, frames_under_way, frames_not_sent, frames_unanswered, i_frame_requests, reconnections, is_connected."""
+        """Frames and bytes that the server has, frames_under_way, frames_not_sent,
+        frames_unanswered, i_frame_requests, reconnections, is_connected."""
         return self._native.statistics()
 
 

@@ -69,7 +69,8 @@ struct LinkSettings {
   std::chrono::milliseconds connect_timeout{2000};
 
   /** \brief Called with one sentence when the connection is lost, is there again, or the
-   * server reports an error, the same one at most once in 10 s. Called by other threads; must not throw. May be empty. */
+   * server reports an error, the same one at most once in 10 s. Called by other threads;
+   * must not throw. May be empty. */
   std::function<void(const std::string&)> on_event;
 };
 

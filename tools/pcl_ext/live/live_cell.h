@@ -71,8 +71,8 @@ public:
   std::vector<std::string>
   remarks() const;
 
-  /** \brief The same as overload() once in a run, after some seconds; else empty. Called by the
-   * function that run() takes. */
+  /** \brief The same as overload() once in a run, after some seconds; else empty. Called
+   * by the function that run() takes. */
   std::string
   newOverload();
 

@@ -213,8 +213,8 @@ private:
   std::optional<Time>
   newestStamp(Time offset, Time now) const;
 
-  /** \brief Time of arrival minus stamp of the newest frame of the streams that are alive,
-   * of the common clock. */
+  /** \brief Time of arrival minus stamp of the newest frame of the streams that are
+   * alive, of the common clock. */
   std::optional<Time>
   latestOffset(Time offset, Time now) const;
 

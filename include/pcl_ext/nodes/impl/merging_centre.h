@@ -62,8 +62,8 @@ struct MergedFrame {
   /** \brief What the voxels are of: each stream, followed by its own sources. */
   const std::vector<MergedSource>& sources;
 
-  /** \brief Streams that are merged as they arrive, as their clocks are more than 2 s from
-   * the others'. */
+  /** \brief Streams that are merged as they arrive, as their clocks are more than 2 s
+   * from the others'. */
   const std::set<std::string>& other_clocks;
 };
 
