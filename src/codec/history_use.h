@@ -40,11 +40,14 @@ public:
   void
   addIFrame()
   {
-    // The history of a moving sensor is long before it has learned.
-    if (state_ == State::Learning && loss_ > 0)
+    // The history of a moving sensor is too long before it has learned. One time may be
+    // an exception, as a sensor that was pushed.
+    const bool has_lost = state_ == State::Learning && loss_ > 0;
+    if (has_lost && was_interrupted_)
       beginPause();
     else if (state_ != State::Paused || --pause_left_ == 0)
       beginLearning();
+    was_interrupted_ = has_lost;
   }
 
   /** \brief Notes what an I-frame takes. */
@@ -170,6 +173,7 @@ private:
   {
     state_ = State::Used;
     has_lost_ = false;
+    was_interrupted_ = false;
     ++frames_since_comparison_;
     constexpr unsigned int long_use = 8;
     if (++frames_used_ >= long_use)
@@ -228,6 +232,7 @@ private:
   std::uint64_t loss_ = 0;   // of the last trial, 2^16 is all bytes without; 0: none
   bool is_hopeless_ = false; // the loss does not shrink
   bool has_lost_ = false;    // used, but not worth its bytes in the last frame
+  bool was_interrupted_ = false; // an I-frame ended what it had learned in vain
   unsigned int frames_used_ = 0; // since it learned
   unsigned int frames_since_comparison_ = longest_without_comparison;
   unsigned int frames_to_comparison_ = longest_without_comparison;
