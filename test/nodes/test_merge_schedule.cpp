@@ -5,6 +5,8 @@
  */
 #include <pcl_ext/nodes/impl/merge_schedule.h>
 
+#include "support/schedule_run.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,85 +20,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using namespace pcl_ext::nodes;
-
-/** \brief Runs a schedule, and notes what it releases and merges. */
-class ScheduleRun {
-public:
-  explicit ScheduleRun(const MergeScheduleSettings& settings = {}) : schedule_(settings)
-  {}
-
-  /** \brief A frame arrives; its bytes are not used. */
-  bool
-  add(const std::string& stream, Time stamp, Time now)
-  {
-    return schedule_.add({stream, stamp, {}}, now);
-  }
-
-  /** \brief Does all that is to be done at a time.
-   * \return the times that were merged
-   */
-  std::vector<Time>
-  work(Time now)
-  {
-    std::vector<Time> times;
-    MergeSchedule::Step step;
-    do {
-      step = schedule_.next(now);
-      for (const ScheduledFrame& frame : step.frames) {
-        EXPECT_TRUE(latest_.count(frame.stream) == 0 ||
-                    latest_[frame.stream] != frame.stamp);
-        latest_[frame.stream] = frame.stamp;
-      }
-      if (step.merge) {
-        times.push_back(*step.merge);
-        merged_[*step.merge] = latest_;
-        other_clocks_ = step.other_clocks;
-      }
-    }
-    while (step.merge);
-    return times;
-  }
-
-  /** \brief Of each merged time the stamp of the latest frame of each stream. */
-  const std::map<Time, std::map<std::string, Time>>&
-  merged() const
-  {
-    return merged_;
-  }
-
-  /** \brief The streams of other clocks that were merged last. */
-  const std::set<std::string>&
-  otherClocks() const
-  {
-    return other_clocks_;
-  }
-
-  const std::map<std::string, Time>&
-  released() const
-  {
-    return latest_;
-  }
-
-  const MergeCounts&
-  counts() const
-  {
-    return schedule_.counts();
-  }
-
-  MergeSchedule&
-  schedule()
-  {
-    return schedule_;
-  }
-
-private:
-  MergeSchedule schedule_;
-  std::map<std::string, Time> latest_;
-  std::set<std::string> other_clocks_;
-  std::map<Time, std::map<std::string, Time>> merged_;
-};
-
-constexpr Time begin = 1'700'000'000s; // of the sensors' clock, not of the arrivals'
+using namespace pcl_ext::nodes::test;
 
 TEST(MergeSchedule, MergesByStampsWhateverTheOrderOfArrival)
 {
@@ -291,143 +215,6 @@ TEST(MergeSchedule, DoesNotWaitForAStreamThatHasEnded)
     slow.work(now);
   }
   EXPECT_EQ(slow.merged().count(begin + 7500ms), 1u);
-}
-
-TEST(MergeSchedule, GoesOnWhenClocksDiffer)
-{
-  ScheduleRun run;
-  for (int i = 0; i < 40; ++i) {
-    const Time now = i * 100ms;
-    run.add("a", begin + now, now);
-    run.add("b", begin + now, now);
-    run.add("ahead", begin + now + 1h, now);
-    // Not held back, nor waited for.
-    const auto times = run.work(now);
-    ASSERT_EQ(times, std::vector<Time>{begin + now});
-    EXPECT_EQ(run.released().at("ahead"), begin + now + 1h);
-  }
-  // All clocks are set back, as where a simulation begins anew.
-  for (int i = 0; i < 20; ++i) {
-    const Time now = 4s + i * 100ms;
-    const Time stamp = begin - 1h + now;
-    for (const char* const stream : {"a", "b", "ahead"})
-      run.add(stream, stamp, now);
-    EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
-  }
-  // They are set forward, but for one, and go at half the speed.
-  for (int i = 0; i < 200; ++i) {
-    const Time now = 6s + i * 200ms;
-    const Time stamp = begin + 1h + i * 100ms;
-    for (const char* const stream : {"a", "b", "ahead"})
-      run.add(stream, stamp, now);
-    run.add("stays", begin + now, now);
-    EXPECT_EQ(run.work(now), std::vector<Time>{stamp});
-    EXPECT_EQ(run.otherClocks(), std::set<std::string>{"stays"});
-  }
-}
-
-TEST(MergeSchedule, GoesOnWithTheStreamsOfAnotherClockWhereTheOthersEnd)
-{
-  ScheduleRun run;
-  Time last(0);
-  for (Time now = 0ms; now < 12s; now += 10ms) {
-    if (now % 100ms == 0ms) {
-      run.add("behind", begin - 1h + now, now);
-      for (const char* const stream : {"a", "b", "c"})
-        if (now >= 2s && now < 6s)
-          run.add(stream, begin + now, now);
-    }
-    const auto times = run.work(now);
-    if (!times.empty())
-      last = now;
-    // A period; once, until there is no frame of the others, max_wait, too.
-    ASSERT_LE(now - last, now > 5900ms && now <= 6200ms ? 300ms : 100ms) << now.count();
-    for (const Time time : times)
-      if (now >= 2s && now < 7s) {
-        EXPECT_LE(std::max(time - begin - now, now - time + begin), 200ms);
-      }
-  }
-  EXPECT_EQ(run.merged().count(begin - 1h + 11s), 1u); // there is no other clock then
-}
-
-TEST(MergeSchedule, DoesNotGoBackForFramesThatComeLateWhereAnotherClockGoesOn)
-{
-  ScheduleRun run;
-  Time newest(0);
-  for (Time now = 0ms; now < 6s; now += 50ms) {
-    run.add("behind", begin - 1h + now, now);
-    const bool is_pause = now > 2s && now < 3500ms;
-    for (const char* const stream : {"a", "b"})
-      for (Time sent = now == 3500ms ? 2050ms : now; !is_pause && sent <= now;
-           sent += 50ms) {
-        run.add(stream, begin + sent, now);
-        for (const Time time : run.work(now)) {
-          EXPECT_GT(time, newest) << now.count();
-          newest = time;
-        }
-      }
-    for (const Time time : run.work(now)) {
-      EXPECT_GT(time, newest) << now.count();
-      newest = time;
-    }
-  }
-  EXPECT_EQ(newest, begin + 5900ms);
-}
-
-TEST(MergeSchedule, GoesOnWhenClocksAreSetBackByLittle)
-{
-  ScheduleRun run;
-  const auto send = [&](Time now, Time stamp) {
-    for (const char* const stream : {"a", "b"}) {
-      run.add(stream, stamp, now);
-      run.work(now);
-    }
-  };
-  for (Time now = 0ms; now <= 1950ms; now += 50ms)
-    send(now, begin + now);
-  EXPECT_EQ(run.merged().size(), 20u);
-  run.add("a", begin + 2s, 2s); // held back
-  // By less than what makes a clock another one.
-  std::vector<Time> times;
-  for (Time now = 2050ms; now < 4s; now += 50ms) {
-    const Time stamp = begin + now - 1s;
-    run.add("a", stamp, now);
-    run.add("b", stamp, now);
-    const auto merged = run.work(now);
-    times.insert(times.end(), merged.begin(), merged.end());
-    EXPECT_EQ(run.released().at("a"), stamp);
-  }
-  ASSERT_EQ(times.size(), 19u);
-  for (std::size_t i = 0; i < times.size(); ++i)
-    EXPECT_EQ(times[i], begin + 1100ms + 100ms * i);
-}
-
-TEST(MergeSchedule, TakesFramesOfRepeatedStampsAsTheyArrive)
-{
-  ScheduleRun none_has_stamps;
-  std::vector<Time> times;
-  for (Time now = 30s; now <= 31s; now += 50ms) {
-    EXPECT_EQ(none_has_stamps.add("a", 0ms, now), now == 30s);
-    none_has_stamps.add("b", 0ms, now);
-    const auto merged = none_has_stamps.work(now);
-    times.insert(times.end(), merged.begin(), merged.end());
-  }
-  ASSERT_EQ(times.size(), 11u);
-  for (std::size_t i = 0; i < times.size(); ++i)
-    EXPECT_EQ(times[i], 100ms * i);
-
-  ScheduleRun some_have;
-  for (Time now = 0ms; now <= 1s; now += 50ms) {
-    for (const char* const stream : {"a", "b"})
-      EXPECT_TRUE(some_have.add(stream, begin + now, now));
-    some_have.add("always 0", 0ms, now);
-    some_have.add("always the first", begin, now);
-    const std::vector<Time> expected =
-        now % 100ms == 0ms ? std::vector<Time>{begin + now} : std::vector<Time>();
-    EXPECT_EQ(some_have.work(now), expected);
-    EXPECT_EQ(some_have.released().at("always 0"), now);
-    EXPECT_EQ(some_have.otherClocks(), std::set<std::string>{"always 0"});
-  }
 }
 
 /** \brief What a caller got that takes some time for each merged frame. */
