@@ -112,4 +112,7 @@ def test_any_order_is_kept_if_that_is_asked_for():
     with pytest.raises(ValueError, match="aggregation is sum"):
         pcl_ext.Encoder(0.001, keep_order=True, aggregation="sum")
     with pytest.raises(pcl_ext.Error, match="order of a cloud cannot be kept"):
-        encoder.encode(np.array([[0, 0, 0], [1e6, 0, 0]]))
+        encoder.encode(np.array([[0, 0, 0], [1e7, 0, 0]]))
+    wide = pcl_ext.Decoder().decode(encoder.encode(np.array([[0, 0, 0], [1e6, 0, 0]])))
+    assert encoder.statistics.is_i_frame
+    assert wide["x"].tolist() == [0, 1e6]
