@@ -279,6 +279,7 @@ keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
     config.MaxBytes =
         *settings.max_bytes == 0 ? -1 : static_cast<std::int64_t>(*settings.max_bytes);
   found = nullptr;
+  error = jsErrCode(0); // not that of the question before
   const auto set = before == nullptr ? js_AddStream : js_UpdateStream;
   status = set(&found, stream.get(), &config, nullptr, &error);
   const StreamInfoHandle after(found);

@@ -124,6 +124,21 @@ TEST(HistoryUse, IFramesCountAsFramesOfAPause)
   EXPECT_EQ(partsOf(use, repeated(700, 2)), "RU");
 }
 
+TEST(HistoryUse, IsGivenUpWhereIFramesInterruptItTwiceInARow)
+{
+  HistoryUse use;
+  const auto parts_after_i_frame = [&use](const std::vector<std::size_t>& bytes_with) {
+    use.addIFrame();
+    use.measureIFrame(voxels, 1000);
+    return partsOf(use, bytes_with);
+  };
+  EXPECT_EQ(parts_after_i_frame({1050, 1050}), "kK");
+  EXPECT_EQ(parts_after_i_frame({900, 900}), "UU"); // one was an exception
+  EXPECT_EQ(parts_after_i_frame({1050, 1050}), "kK");
+  EXPECT_EQ(parts_after_i_frame({1050, 1050}), "kK");
+  EXPECT_EQ(parts_after_i_frame(repeated(1050, 17)), times('R', 15) + "kK");
+}
+
 TEST(HistoryUse, ComparesBytesOfAVoxel)
 {
   HistoryUse use;
