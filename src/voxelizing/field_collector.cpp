@@ -54,6 +54,9 @@ faultOf(const FieldDescription& field)
   else if (isInteger(field.type) && std::floor(field.step) != field.step)
     fault << "its values are integers and its step is " << field.step
           << "; it must be a whole number, or 0 for exact values";
+  else if (isPackedColour(field) && field.step != 0.0)
+    fault << "it is a packed colour and its step is " << field.step
+          << "; it must be 0, as the bytes of a colour are no number to round";
   else if (field.type < FieldType::Int8 || field.type > FieldType::Float64)
     fault << "its datatype is none of int8 to uint32, float32 and float64";
   else if (!isField(field))

@@ -183,6 +183,24 @@ TEST(ClassFields, OfOtherTypesThanFramesHaveAreRefusedByNameAndNotAmongAll)
   EXPECT_EQ(received->front().ring, 7);
 }
 
+TEST(ClassFields, OfPackedColoursAreRefusedWithAStep)
+{
+  pcl::PointCloud<pcl::PointXYZRGB>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGB>);
+  cloud->push_back(pcl::PointXYZRGB(10, 20, 30));
+  IntensityCompressionSettings settings;
+  settings.fields = {{"rgb", 4.0}};
+  for (const bool keep_order : {false, true}) {
+    settings.keep_order = keep_order;
+    OctreePointCloudIntensityCompression<pcl::PointXYZRGB, NoIntensity> encoder(
+        settings);
+    std::stringstream stream;
+    EXPECT_TRUE(
+        pcl_ext::test::hasPart(encoder.encodePointCloud(cloud, stream).message(),
+                               "field 'rgb' cannot be kept: it is a packed colour and "
+                               "its step is 4"));
+  }
+}
+
 TEST(ClassFields, StayThoseOfTheStreamInAnEmptyCloud)
 {
   IntensityCompressionSettings settings;
