@@ -225,7 +225,9 @@ IntensityQuantiser::setExactScale(unsigned int divisor, double highest)
   const unsigned int bits = bitsOfWholeNumbers(whole_range);
   if (bits > most_bits)
     return false;
-  const double range = fixed_range_ > 0.0 ? whole_range : std::exp2(bits) - 1.0;
+  // Symbols beyond those that the values need stay unused.
+  const unsigned int held_bits = is_companded_ ? bits : std::max(bits, fixed_bits_);
+  const double range = fixed_range_ > 0.0 ? whole_range : std::exp2(held_bits) - 1.0;
   if (is_companded_ && are_counts_)
     spanNumbers(1.0, range - 1.0, 1.0);
   else if (is_companded_)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -162,6 +163,23 @@ TEST(IntensityQuantiser, NativeScalesFollowTheValues)
     EXPECT_EQ(stream.frame.intensity_scale.bits, c.bits);
     expectWithinHalfAStep(stream, c.intensities);
   }
+}
+
+TEST(IntensityQuantiser, MoreBitsThanMultiplesNeedKeepThemExact)
+{
+  for (const unsigned int bits : {8u, 9u, 12u, 16u})
+    for (const auto& [intensities, step] :
+         std::vector<std::pair<std::vector<float>, float>>{{{0.0f, 7.0f, 200.0f}, 1.0f},
+                                                           {{0.25f, 3.0f}, 0.25f},
+                                                           {{-100.0f, 5.0f}, 1.0f}}) {
+      SCOPED_TRACE(bits);
+      auto settings = settingsOf(1.0);
+      settings.intensity_bits = bits;
+      Stream stream(settings, IntensityUnit::Native);
+      stream.add(row(intensities));
+      EXPECT_EQ(stream.frame.intensity_scale.step, step);
+      EXPECT_EQ(stream.frame.intensity_scale.bits, bits);
+    }
 }
 
 TEST(IntensityQuantiser, TheStepIsThatOfAllValuesSinceTheLastIFrame)

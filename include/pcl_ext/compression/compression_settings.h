@@ -124,8 +124,8 @@ struct IntensitySettings {
    *
    * Automatic is 8 for shares, and for counts with a range. Else counts and native
    * whole numbers get the 8 to 16 bits that make a step of 1, multiples of 0.01, 1/255
-   * and similar fractions those that make that step, others 16. On a companded scale
-   * automatic is 4. Published: 0 or 8.
+   * and similar fractions those that make that step, which more bits keep, others 16.
+   * On a companded scale automatic is 4. Published: 0 or 8.
    */
   unsigned int intensity_bits = 0;
 
