@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -71,8 +73,8 @@ meanColour(const FieldDescription& field,
   std::memcpy(value, mean.data(), mean.size());
 }
 
-/** \brief Makes one value of those that a field has in a voxel: the mean, of packed
- * colours that of each channel, or of integers and of a single value the most frequent
+/** \brief Makes one value of those that a field has in a voxel: the mean without those
+ * that are NaN, of packed colours that of each channel, or of integers and of a single value the most frequent
  * one, the lowest of several.
  * \param[in] field type, without a step; integers have one value a point
  * \param[in,out] numbers not empty; may be sorted
@@ -89,9 +91,16 @@ summarizeField(const FieldDescription& field,
     fieldValue(field, mostFrequent(numbers), value);
   else {
     double sum = 0.0;
+    std::size_t count = 0;
     for (const std::uint64_t number : numbers)
-      sum += fieldValue(field, number);
-    storeFieldValue(field.type, sum / static_cast<double>(numbers.size()), value);
+      if (const double one = fieldValue(field, number); !std::isnan(one)) {
+        sum += one;
+        ++count;
+      }
+    storeFieldValue(field.type,
+                    count > 0 ? sum / static_cast<double>(count)
+                              : std::numeric_limits<double>::quiet_NaN(),
+                    value);
   }
 }
 
