@@ -71,8 +71,13 @@ RateControl::endFrame(std::size_t bytes,
   if (max_rate_ == 0.0)
     return true;
   if (bytes > budget_.room()) {
-    if (budget_.isEmpty())
+    if (budget_.isEmpty()) {
       next_try_ = time_ + LinkBudget::window;
+      const double least = static_cast<double>(bytes) / estimate.bytesOf(is_i_frame);
+      if (least > 1.0)
+        estimate.expectMultiple({least, least});
+      choice_.setTooLarge(bytes);
+    }
     ++clouds_left_out_;
     tried_bytes_ = bytes;
     return false;

@@ -22,6 +22,32 @@ framesOfIFrame(const StreamSettings& settings, double interval)
   return std::clamp(std::ceil(settings.i_frame_every / interval), 1.0, by_count);
 }
 
+/** \brief Share of a rate, and of its buffer, above which frames are too large for it. */
+constexpr double most_rate_load = 0.95;
+
+/** \brief The least max_rate at which rate control keeps frames as they are and leaves
+ * out none, bits a second.
+ * \param[in] interval from one cloud to the next, seconds, above 0
+ * \param[in] p_frame_bytes of the largest
+ */
+inline double
+leastRate(const EncoderSettings& settings,
+          double interval,
+          double i_frame_bytes,
+          double p_frame_bytes)
+{
+  const double between = framesOfIFrame(settings, interval);
+  const auto bytesOf = [&](double frames) {
+    const double i_frames = std::ceil(frames / between);
+    return i_frames * i_frame_bytes + (frames - i_frames) * p_frame_bytes;
+  };
+  const double second = bytesOf(std::max(std::ceil(1.0 / interval - 1e-6), 1.0));
+  const double mean = bytesOf(between) / (between * interval);
+  return 8.0 * std::max({second,
+                         mean / most_rate_load,
+                         i_frame_bytes / (settings.rate_buffer * most_rate_load)});
+}
+
 /** \brief What I- and P-frames take of others. */
 struct FrameRatios {
   double i_frame = 1.0;

@@ -14,8 +14,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using Nanoseconds = StepChoice::Nanoseconds;
 
-constexpr double most_load = 0.95;    // where a step is left for a coarser one
-constexpr double load_after = 0.85;   // on that one
+constexpr double load_after = 0.85;   // on a coarser step
 constexpr double load_to_rise = 0.75; // on a better one
 
 constexpr Nanoseconds patience = seconds(1);
@@ -91,6 +90,7 @@ void
 StepChoice::endFrame(const VoxelGrid& grid, SensorMotion sensor_motion)
 {
   has_changed_ = false;
+  too_large_ = 0;
   if (effective_.doublings == 0)
     finest_ = grid;
   if (change_ && estimate_.frames() >= settled_frames)
@@ -154,7 +154,14 @@ StepChoice::fits(std::size_t step, double share) const
   const double most = is_last_of_edge ? share / base_.rate_sent_share : share;
   return loadOf(step) <= most &&
          estimate_.bytesOf(true) * ladder_.ratios(step_, step).i_frame <=
-             share * mean_rate_ / 8.0 * base_.rate_buffer;
+             share * bufferBytes();
+}
+
+/** \brief What the largest frame may take. */
+double
+StepChoice::bufferBytes() const
+{
+  return mean_rate_ / 8.0 * base_.rate_buffer;
 }
 
 bool
@@ -232,16 +239,18 @@ StepChoice::keepRate(bool is_short)
 {
   if (base_.max_rate == 0.0 || estimate_.bytesOf(true) == 0.0)
     return;
-  if (changes_ > 0 && time_ - changed_at_ < settling)
+  // No mean is waited for where a frame has shown that the step cannot be kept.
+  const bool is_too_large = static_cast<double>(too_large_) > bufferBytes();
+  if (!is_too_large && changes_ > 0 && time_ - changed_at_ < settling)
     return;
-  const bool is_over = !fits(step_, most_load);
+  const bool is_over = !fits(step_, most_rate_load);
   if (!is_over)
     over_since_.reset();
   else if (!over_since_)
     over_since_ = time_;
   if (is_over) {
     const Nanoseconds over = time_ - *over_since_;
-    if (over >= patience ||
+    if (is_too_large || over >= patience ||
         (is_short && (over >= patience_without_room || !fits(step_, far_too_much))))
       goDown();
   }
@@ -308,6 +317,7 @@ StepChoice::change(std::size_t step, const std::string& reason)
   estimate_.scale(ladder_.ratios(step_, step));
   changed_at_ = time_;
   over_since_.reset();
+  too_large_ = 0;
   rate_not_kept_.clear();
   time_not_kept_.clear();
   take(step, reason);

@@ -45,6 +45,15 @@ public:
   void
   endFrame(const VoxelGrid& grid, SensorMotion sensor_motion);
 
+  /** \brief Takes it that the last frame, as endFrame() has been told of it, is larger
+   * than a whole buffer: the step is left at once where the buffer of the mean rate is
+   * no larger. */
+  void
+  setTooLarge(std::size_t bytes)
+  {
+    too_large_ = bytes;
+  }
+
   /** \brief What frames take; fed by the caller. */
   RateEstimate&
   estimate()
@@ -110,6 +119,9 @@ private:
   bool
   fits(std::size_t step, double share) const;
 
+  double
+  bufferBytes() const;
+
   bool
   hasHeld() const;
 
@@ -163,6 +175,7 @@ private:
   std::optional<Nanoseconds> up_at_;      // the last change to a better step
   std::optional<Nanoseconds> over_since_; // too much for the step
   Nanoseconds hold_;
+  std::size_t too_large_ = 0;           // bytes of the last frame; 0: it had room
   bool has_rested_ = false;             // the sensor, in some frame
   std::optional<Nanoseconds> moved_at_; // in which it last moved
   std::optional<Change> change_;        // not learned from yet

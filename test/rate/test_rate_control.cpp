@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -201,6 +202,45 @@ TEST(RateControl, ARateThatCannotBeKeptIsSaidAndKeptByLeavingOut)
   stream.sendFor(10s, share(0.5));
   EXPECT_EQ(stream.sendFor(10s, share(0.5)), 100u);
   EXPECT_EQ(stream.status().not_kept, "");
+}
+
+TEST(RateControl, AStepWhoseFramesExceedTheWholeBufferIsLeftAtOnce)
+{
+  // Of a buffer of 31,250 bytes: the third doubling, which is guessed to take far
+  // fewer, is 2 % above it, and the fourth fits.
+  constexpr std::array<std::size_t, 5> bytes = {120000, 80000, 50000, 31900, 28000};
+  RateControl control(limitedSettings());
+  std::size_t clouds = 1;
+  for (; control.beginCloud(clouds * 100ms, true); ++clouds) {
+    const std::size_t frame = bytes[control.status().step.doublings];
+    if (control.endFrame(frame, true, 1ms, VoxelGrid(), SensorMotion::Moving))
+      break;
+  }
+  EXPECT_EQ(clouds, 3u);
+  EXPECT_EQ(control.status().step.doublings, 4u);
+  EXPECT_EQ(control.status().clouds_left_out, 2u);
+}
+
+TEST(RateControl, LeastRateIsTheLeastThatChangesNothing)
+{
+  // Decided by the buffer, a second with an I-frame, and the mean.
+  for (const auto& [i_frame_rate, rate_buffer] : {std::pair(1000u, 0.1),
+                                                  std::pair(10u, 1.0),
+                                                  std::pair(30u, 0.5),
+                                                  std::pair(1u, 1.0)}) {
+    SCOPED_TRACE(i_frame_rate);
+    EncoderSettings settings = limitedSettings();
+    settings.i_frame_rate = i_frame_rate;
+    settings.rate_buffer = rate_buffer;
+    const double least = leastRate(settings, 0.1, 1.25 * bytes_of_all, bytes_of_all);
+    const auto isKept = [&](double rate) {
+      settings.max_rate = rate;
+      RatedStream stream(settings);
+      return stream.sendFor(60s, share(1.0)) == 600 && stream.status().changes == 0;
+    };
+    EXPECT_TRUE(isKept(1.001 * least));
+    EXPECT_FALSE(isKept(0.99 * least));
+  }
 }
 
 TEST(RateControl, CloudsAreLeftOutBeforeTheEdgeDoubles)
