@@ -111,9 +111,9 @@ knownTrials()
     EdgeTrial made;
     made.edge = edge;
     made.holes = holes;
-    made.efforts = {EffortTrial{1.1 * kilobits, 0.5 * ms},
-                    EffortTrial{kilobits, ms},
-                    EffortTrial{0.9 * kilobits, 2.0 * ms}};
+    made.efforts = {EffortTrial{1.1 * kilobits, 0.5 * ms, 1.1 * kilobits},
+                    EffortTrial{kilobits, ms, kilobits},
+                    EffortTrial{0.9 * kilobits, 2.0 * ms, 0.9 * kilobits}};
     return made;
   };
   return {trial(0.01, 0.251, 4000, 20),

@@ -20,6 +20,7 @@ namespace tools {
 struct EffortTrial {
   double kilobits = 0.0; ///< a second
   double ms = 0.0;       ///< of encoding a cloud, on this machine, median
+  double limit = 0.0;    ///< kbit/s, the least that it keeps within
 };
 
 /** \brief A stream with voxels of one edge. */
@@ -39,7 +40,7 @@ struct ChoiceLimits {
   static constexpr double usual_holes = 0.25;
   static constexpr double busy_share = 0.5; ///< of the period, for encoding
   double most_holes = usual_holes;
-  std::optional<double> kilobits; ///< a second
+  std::optional<double> kilobits; ///< of EffortTrial::limit
   double period = 0.0;            ///< seconds from cloud to cloud
 };
 

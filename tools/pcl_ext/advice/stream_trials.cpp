@@ -24,8 +24,10 @@ constexpr std::size_t most_edges = 10;
 
 /** \brief Some frames with one setting. */
 struct EncodedFrames {
-  double frame_bytes = 0.0; // mean, with the share of I-frames that is set
-  double ms = 0.0;          // median
+  double frame_bytes = 0.0;   // mean, with the share of I-frames that is set
+  double i_frame_bytes = 0.0; // of the largest
+  double p_frame_bytes = 0.0;
+  double ms = 0.0; // median
   EncodedSums sums;
   IntensityLaw law = IntensityLaw::None;
   std::string why_empty;
@@ -58,7 +60,10 @@ encodeSome(const EncodingOptions& options, const HeldClouds& stream, double seco
   const double others = p_frames.count() == 0 ? first_bytes : p_frames.mean();
   // Without P-frames all that were encoded have the same weight.
   const auto weight = static_cast<double>(rate == 1 ? ms.count() : rate);
+  const double largest = std::max(first_bytes, p_frames.largest());
   return {(first_bytes + (weight - 1.0) * others) / weight,
+          rate == 1 ? largest : first_bytes,
+          p_frames.count() == 0 ? first_bytes : p_frames.largest(),
           ms.median(),
           encoder.sums(),
           encoder.law(),
@@ -215,7 +220,12 @@ private:
         return false;
       }
       trial.efforts[effort] =
-          EffortTrial{8e-3 * frames.frame_bytes / trials.limits.period, frames.ms};
+          EffortTrial{8e-3 * frames.frame_bytes / trials.limits.period,
+                      frames.ms,
+                      1e-3 * io::leastRate(encoding_.codec(),
+                                           trials.limits.period,
+                                           frames.i_frame_bytes,
+                                           frames.p_frame_bytes)};
       trial.points_outside_grid = describePointsOutsideGrid(frames.sums);
       trials.points = static_cast<double>(frames.sums.encoded_points) /
                       static_cast<double>(frames.sums.frames);

@@ -240,8 +240,9 @@ void
 printLegend()
 {
   std::cout
-      << "*: the finest edge that keeps within --max-rate, for each stream, with at "
-         "most "
+      << "*: the finest edge that keeps within --max-rate, for each stream, as rate "
+         "control demands (each second; 95 % of it\nin the mean, and of its buffer by "
+         "I-frames), with at most "
       << most_holes
       << " holes unless -r or\n--keep-points is given; effort balanced, or small "
          "where only that keeps the rate, or fast where\nelse encoding takes over half "
