@@ -238,6 +238,25 @@ TEST_F(ProgramFields, IntensityIsCodedOnce)
   EXPECT_EQ(received, sent_intensities);
 }
 
+TEST_F(ProgramFields, ColoursThatAreNamedAreCodedOnce)
+{
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  for (int i = 0; i < 9; ++i) {
+    cloud.push_back(pcl::PointXYZRGB());
+    cloud.back().x = 0.1f * static_cast<float>(i);
+    cloud.back().r = 200;
+  }
+  std::filesystem::create_directory(folder / "coloured");
+  ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "coloured/0.pcd", cloud), 0);
+  const auto bitsOf = [this](const std::string& options) {
+    expectRun("encode coloured -q -o x.mcap --overwrite -r 0.05 " + options);
+    return decode(folder / "x.mcap").at(0).voxels.at(0).colour_bits;
+  };
+  EXPECT_EQ(bitsOf("--fields all"), 6u);
+  EXPECT_EQ(bitsOf("--fields rgb"), 0u);
+  EXPECT_EQ(bitsOf("--fields rgb --colour-bits 5"), 5u);
+}
+
 TEST_F(ProgramFields, AreInTheRatio)
 {
   // x, y, z, ring and time take 22 bytes.

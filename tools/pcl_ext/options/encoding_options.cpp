@@ -322,7 +322,12 @@ EncodingOptions::nodeSettings(IntensityLaw law,
   // The published layout has no field for it.
   settings.carry_header =
       carries_header_ && codec_.format == io::StreamFormat::Version1;
-  if (codec_.format == io::StreamFormat::Published)
+  const bool keeps_colours = std::any_of(
+      codec_.fields.begin(), codec_.fields.end(), [](const io::FieldSetting& field) {
+        return field.name == "rgb" || field.name == "rgba";
+      });
+  if (codec_.format == io::StreamFormat::Published ||
+      (keeps_colours && !isGiven(*app_, "--colour-bits")))
     settings.compression.colour_bits = 0;
   settings.law = law;
   settings.sensor = sensor_;
