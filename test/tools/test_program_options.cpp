@@ -180,6 +180,16 @@ TEST_F(ProgramOptions, WhyNoCloudHasRoomIsTold)
       << result.errors;
 }
 
+TEST_F(ProgramOptions, AnAssumedRateOfCloudsIsToldWithABudget)
+{
+  writeClouds("room", roomClouds(2));
+  const std::string told = "/room: nothing tells the times of its clouds: 10.0 Hz are ";
+  const std::string encode = "encode room -o x.mcap --overwrite";
+  EXPECT_TRUE(hasPart(run(encode + " --max-rate 1Gbit/s").errors, told));
+  EXPECT_FALSE(hasPart(run(encode + " --max-rate 1Gbit/s --rate 10").errors, told));
+  EXPECT_FALSE(hasPart(run(encode).errors, told));
+}
+
 TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)
 {
   // Its voxels are too large to be judged, and its temporal filter hides and holds some.

@@ -5,6 +5,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/point_cloud_conversions.h"
+#include "measuring/markdown_table.h"
 
 #include <algorithm>
 #include <limits>
@@ -399,6 +400,10 @@ BagEncoding::sumUp()
     summary_.failures += stream.failures;
     summary_.sums += stream.sums;
     is_incomplete_ |= !remarkOnStream(console_, name, of_stream);
+    if (options_.encoding.codec().max_rate > 0.0 && input_->assumesTimes(number))
+      console_.remark(name + ": nothing tells the times of its clouds: " +
+                      measuring::formatted(options_.input.rate, 1) +
+                      " Hz are assumed for --max-rate; --rate sets it");
     if (!stream.is_refused)
       summary_.streams.push_back(
           {name, stream.sums.frames, stream.sums.bytes, stream.failures});
