@@ -166,6 +166,8 @@ parseFields(const std::string& text, std::vector<FieldSetting>& fields)
   parts.imbue(std::locale::classic());
   for (std::string part; std::getline(parts, part, ',');) {
     FieldSetting& field = fields.emplace_back();
+    part.erase(0, std::min(part.find_first_not_of(' '), part.size()));
+    part.erase(part.find_last_not_of(' ') + 1);
     // The last colon, as names may have one.
     const std::size_t colon = part.rfind(':');
     field.name = part.substr(0, colon);

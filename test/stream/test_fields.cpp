@@ -268,6 +268,26 @@ TEST_P(Fields, OfVoxelsAreMeansAndOfIntegersTheMostFrequent)
   EXPECT_GT(with_several, 100u);
 }
 
+TEST_P(Fields, OfVoxelsHaveNoNaNInTheirMeans)
+{
+  settings_.fields = {{"intensity"}};
+  settings_.keep_points = false;
+  settings_.resolution = 1.0;
+  std::vector<LidarPoint> points(3, turnOf(0).front());
+  points[0].intensity = std::numeric_limits<float>::quiet_NaN();
+  points[1].intensity = 2.0f;
+  points[2].intensity = 4.0f;
+  const auto mean = [&](std::size_t count) {
+    EXPECT_TRUE(
+        send({points.begin(), points.begin() + static_cast<std::ptrdiff_t>(count)})
+            .ok());
+    return fieldValue(field("intensity"), field("intensity").numbers.at(0));
+  };
+  EXPECT_EQ(mean(3), 3.0);
+  points[1].intensity = points[0].intensity;
+  EXPECT_TRUE(std::isnan(mean(2)));
+}
+
 TEST_P(Fields, OfVoxelsWithSeveralIntegersAreThoseOfOnePoint)
 {
   settings_.fields = {{"flags"}};
@@ -527,6 +547,11 @@ TEST(FieldSettings, AreReadFromText)
               "fields is '" + text +
                   "'; it must be names with commas between them, each with :STEP above "
                   "0 if it has one, or all");
+  std::vector<FieldSetting> spaced;
+  EXPECT_TRUE(parseFields("ring, time:0.5 ", spaced).ok());
+  ASSERT_EQ(spaced.size(), 2u);
+  EXPECT_EQ(spaced[1].name, "time");
+  EXPECT_EQ(spaced[1].step, 0.5);
   EXPECT_EQ(fault_of("all:0.1"),
             "fields: the step of 'all' is 0.1; it must be left out, as all means exact "
             "values; name the fields with a step");
