@@ -215,7 +215,8 @@ StreamEncoder::encode(const pcl::PCLPointCloud2& cloud,
     throw UsageError(messageOf(status));
   if (sums_.encoded_points == 0) {
     noteUnit(cloud, statistics.frame, source);
-    noteOrder(encoded, bytes.size());
+    if (statistics.frame.voxelization.points_used > 0)
+      noteOrder(encoded, bytes.size());
   }
   EncodedSums sums = sumsOf(statistics, bytes.size());
   if (sums.points_in_order > 0)
@@ -333,10 +334,10 @@ StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
   if (!nodes::SensorNode(settings).encode(cloud, pose_, unordered).hasFrame())
     return;
   const std::size_t more = bytes - std::min(bytes, unordered.size());
-  // In place of that of a frame without points.
-  remarks_[Remark::Order] = name_ + ": the order of the points takes " +
-                            (more > 0 ? counted(more, "byte") : "none") + " of the " +
-                            counted(bytes, "byte") + " of the first frame with points";
+  note(Remark::Order,
+       name_,
+       "the order of the points takes " + (more > 0 ? counted(more, "byte") : "none") +
+           " of the " + counted(bytes, "byte") + " of the first frame with points");
 }
 
 EncodedSums
