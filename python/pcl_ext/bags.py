@@ -277,7 +277,8 @@ def _words(name: str, value: Any) -> List[str]:
     option = "--" + name.replace("_", "-")
     if value is None or value is False:
         return []
-    if value is True:
+    # A rate without a value would take the next word for one.
+    if value is True and name != "max_rate":
         return [option]
     if name == "fields":
         return [f"{option}={_fields(value)}"]

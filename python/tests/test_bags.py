@@ -82,7 +82,7 @@ def test_fields_are_as_those_of_an_encoder(tmp_path, echo, fields, word):
         pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=echo, fields=fields)
 
 
-@pytest.mark.parametrize("rate, word", [(2e6, "2000000.0bit/s"), ("2Mbit/s", "2Mbit/s")])
+@pytest.mark.parametrize("rate, word", [(2e6, "2000000.0bit/s"), ("2Mbit/s", "2Mbit/s"), (True, "Truebit/s")])
 def test_a_rate_is_in_bits_per_second_or_has_its_unit(tmp_path, echo, rate, word):
     with pytest.raises(pcl_ext.Error, match=f"<--max-rate={word}>"):
         pcl_ext.encode_bag("bag", tmp_path / "x.mcap", program=echo, max_rate=rate)
