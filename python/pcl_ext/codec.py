@@ -318,6 +318,8 @@ class Encoder(Unique):
         self._is_automatic = law == "automatic"
         self._warning = ""
         self._warned: set[str] = set()
+        self._may_filter = temporal_filter > 0 or (max_rate > 0 and rate_temporal_filter > 0)
+        self._frames = self._voxels_hidden = self._voxels_occupied = 0
 
     def __repr__(self) -> str:
         last = self.statistics
@@ -402,7 +404,8 @@ class Encoder(Unique):
         left_out = _left_out(xyz, self._kept, self._codes_colours, loses_intensity)
         loses_order = self._keeps_points and outliers is not None
         order_lost = _order_lost(xyz, self._keeps_order, loses_order)
-        kinds = [text for text in (message, left_out, order_lost) if text]
+        hidden = self._hidden_by_filter() if self._may_filter else ""
+        kinds = [text for text in (message, left_out, order_lost, hidden) if text]
         self._warning = "; ".join(kinds)
         for text in kinds:
             self._warn(text)
@@ -460,6 +463,21 @@ class Encoder(Unique):
         """What of the last cloud is not in its frame, and which setting helps; empty if all
         is."""
         return self._warning
+
+    def _hidden_by_filter(self) -> str:
+        """That most voxels are hidden; not of the first frames, in which many are."""
+        frame, cloud = self._native.statistics()
+        hidden = cloud["voxels_hidden"]
+        self._frames += 1
+        self._voxels_hidden += hidden
+        self._voxels_occupied += frame["voxels"] + hidden - cloud["voxels_held"]
+        if self._frames < 30 or 2 * self._voxels_hidden <= self._voxels_occupied:
+            return ""
+        return (
+            f"the temporal filter hid {self._voxels_hidden} of {self._voxels_occupied} voxels, "
+            "as most are seen in few frames: take a larger resolution, or no temporal_filter "
+            "(rate_temporal_filter=0)"
+        )
 
     def _header(self, stamp: Optional[float]) -> Optional[Tuple[int, str]]:
         if stamp is None:

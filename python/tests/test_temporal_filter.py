@@ -100,3 +100,12 @@ def test_bad_settings_of_the_filter(settings, error, message):
 def test_what_is_no_filter():
     with pytest.raises(TypeError, match="temporal_filter is a 'int', not a Temp"):
         pcl_ext.Decoder().decode(b"", temporal_filter=8)
+
+
+def test_an_encoder_warns_where_most_voxels_are_hidden():
+    random = np.random.default_rng(1)
+    encoder = pcl_ext.Encoder(0.1, temporal_filter=8)
+    for _ in range(29):
+        encoder.encode(random.uniform(-5, 5, (500, 3)))
+    with pytest.warns(pcl_ext.CompressionWarning, match="the temporal filter hid"):
+        encoder.encode(random.uniform(-5, 5, (500, 3)))
