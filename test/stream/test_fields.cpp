@@ -462,72 +462,53 @@ TEST_P(Fields, OfIntegersNeedWholeSteps)
     EXPECT_EQ(std::fmod(fieldValue(field("ring"), number), 3.0), 0.0);
 }
 
-/** \brief A turn whose flags have other descriptions. */
-class DescribedFields : public Fields {
-protected:
-  /** \brief Sends a turn.
-   * \param[in] name that of the flags
-   * \param[in] count their values
-   */
-  CompressionStatus
-  sendFlags(const std::string& name, std::uint32_t count)
-  {
-    const std::vector<LidarPoint> points = turnOf(0);
-    PointView view = viewOf(points);
-    view.fields[2].description.name = name;
-    view.fields[2].description.count = count;
-    CloudEncoder encoder(settings_, IntensityUnit::None);
-    VoxelFrame frame;
-    CompressionStatus status =
-        encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame);
-    names_.clear();
-    for (const FrameField& field : frame.fields)
-      names_ += (names_.empty() ? "" : " ") + field.name;
-    return status;
-  }
-
-  std::string names_; ///< of the fields of the frame
-};
-
-INSTANTIATE_TEST_SUITE_P(, DescribedFields, ::testing::Values(Effort::Fast));
-
-TEST_P(DescribedFields, AreAlwaysMeantByTheWordAll)
+/** \brief The names of the fields of a turn's frame, or why there is none.
+ * \param[in] settings of the fields
+ * \param[in] name that of the flags
+ * \param[in] count their values
+ */
+std::string
+keptFields(const std::vector<FieldSetting>& settings,
+           const std::string& name,
+           std::uint32_t count)
 {
-  settings_.fields = {{all_fields}};
-  ASSERT_TRUE(sendFlags("all", 3).ok());
-  EXPECT_EQ(names_, "ring label all intensity time");
-  settings_.fields = {{"time"}, {all_fields}};
-  ASSERT_TRUE(sendFlags("all", 3).ok());
-  EXPECT_EQ(names_, "time ring label all intensity");
+  EncoderSettings of_encoder;
+  of_encoder.resolution = 0.05;
+  of_encoder.keep_points = true;
+  of_encoder.fields = settings;
+  const std::vector<LidarPoint> points = turnOf(0);
+  PointView view = viewOf(points);
+  view.fields[2].description.name = name;
+  view.fields[2].description.count = count;
+  CloudEncoder encoder(of_encoder, IntensityUnit::None);
+  VoxelFrame frame;
+  const CompressionStatus status =
+      encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame);
+  EXPECT_EQ(status.code(),
+            status.ok() ? CompressionCode::Ok : CompressionCode::InvalidInput);
+  std::string names = status.message();
+  for (const FrameField& field : frame.fields)
+    names += field.name + ' ';
+  return names;
 }
 
-TEST_P(DescribedFields, ThatCannotBeKeptAreLeftOutOfAll)
+TEST(DescribedFields, ThatCannotBeKeptAreLeftOutOfAllAndAnErrorWhereTheyAreNamed)
 {
+  const FieldSetting all{all_fields};
+  const std::string without = "ring label intensity time ";
+  EXPECT_EQ(keptFields({all}, "all", 3), "ring label all intensity time ");
+  EXPECT_EQ(keptFields({{"time"}, all}, "all", 3), "time ring label all intensity ");
   const std::string long_name(65, 'n');
-  settings_.fields = {{all_fields}};
-  ASSERT_TRUE(sendFlags(long_name, 3).ok());
-  EXPECT_EQ(names_, "ring label intensity time");
-  ASSERT_TRUE(sendFlags("", 3).ok());
-  EXPECT_EQ(names_, "ring label intensity time");
-  ASSERT_TRUE(sendFlags("flags", 4097).ok());
-  EXPECT_EQ(names_, "ring label intensity time");
-  // But not without being told where they are named.
-  settings_.fields = {{long_name}};
-  EXPECT_EQ(sendFlags(long_name, 3).message(),
+  EXPECT_EQ(keptFields({all}, long_name, 3), without);
+  EXPECT_EQ(keptFields({all}, "", 3), without);
+  EXPECT_EQ(keptFields({all}, "flags", 4097), without);
+  EXPECT_EQ(keptFields({{long_name}}, long_name, 3),
             "field '" + long_name +
                 "' cannot be kept: its name has 65 bytes; it must have 1 to 64");
-  settings_.fields = {{"flags"}};
-  EXPECT_EQ(sendFlags("flags", 4097).message(),
+  EXPECT_EQ(keptFields({{"flags"}}, "flags", 4097),
             "field 'flags' cannot be kept: a point has 4097 values of it; it must have "
             "1 to 4096");
-}
-
-TEST_P(DescribedFields, OfTooManyValuesAreAnErrorWithTheirNumbers)
-{
-  settings_.fields = {{all_fields}};
-  const CompressionStatus status = sendFlags("flags", 4093);
-  EXPECT_EQ(status.code(), CompressionCode::InvalidInput);
-  EXPECT_EQ(status.message(),
+  EXPECT_EQ(keptFields({all}, "flags", 4093),
             "too many fields: 5 with 4097 values a point; at most 64 with 4096 values "
             "can be kept");
 }

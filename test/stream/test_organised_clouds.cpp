@@ -32,15 +32,6 @@ using namespace pcl_ext::io::test;
 
 class OrganisedClouds : public testing::TestWithParam<Effort> {};
 
-TEST_P(OrganisedClouds, OfCamerasWithUnknownAxesAreInOrder)
-{
-  OrganisedCloud cloud = cameraCloud(turnedPose(), 4);
-  cloud.pose = WorldPose::Identity();
-  CloudEncoder encoder(fineSettings(GetParam()), IntensityUnit::None);
-  FrameDecoder decoder;
-  expectCloud(encoder, decoder, cloud);
-}
-
 TEST_P(OrganisedClouds, AnywhereTakeHardlyMoreBytesThanWithTheirPose)
 {
   for (const auto& cloudOf : {cameraCloud, lidarCloud})
@@ -130,26 +121,6 @@ TEST_P(OrganisedClouds, OfCamerasAreAmidTheirVoxels)
   EXPECT_NEAR(centre_off(settings, 1e-3), 0.5, 0.02);
   settings.resolution = 0.01;
   EXPECT_NEAR(centre_off(settings, 1e-3), 0.0, 0.02);
-}
-
-TEST_P(OrganisedClouds, OfMovingSensorsAreInOrder)
-{
-  // Clouds in the coordinates of the world.
-  EncoderSettings settings = fineSettings(GetParam());
-  settings.i_frame_rate = 100;
-  settings.bounding_box = BoundingBox{{-4.0, -4.0, -4.0}, {8.0, 8.0, 8.0}};
-  CloudEncoder encoder(settings, IntensityUnit::None);
-  UnorderedClouds other(settings);
-  FrameDecoder decoder;
-  for (int i = 0; i < 6; ++i) {
-    WorldPose pose = slantedPose();
-    pose.translate(Eigen::Vector3d(0.01 * i, 0.0, 0.02 * (i / 2)));
-    pose.rotate(Eigen::AngleAxisd(0.01 * (i / 2), Eigen::Vector3d::UnitY()));
-    const OrganisedCloud cloud = cameraCloud(pose, 1);
-    const std::size_t bytes = expectCloud(encoder, decoder, cloud);
-    EXPECT_EQ(encoder.statistics().coding.is_i_frame, i == 0);
-    EXPECT_LT(2 * bytes, other.encode(viewOf(cloud), cloud.pose)) << i;
-  }
 }
 
 TEST_P(OrganisedClouds, OfLidarsAreWithinHalfAnEdgeAlsoFarAway)

@@ -141,16 +141,6 @@ slantedPose()
   return pose;
 }
 
-/** \brief Axes of a camera of which each is another one of the coordinates, or its
- * opposite. */
-inline WorldPose
-turnedPose()
-{
-  WorldPose pose = WorldPose::Identity();
-  pose.linear() << 0.0, 0.0, -1.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0;
-  return pose;
-}
-
 } // namespace test
 } // namespace io
 } // namespace pcl_ext
