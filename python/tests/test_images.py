@@ -115,19 +115,6 @@ def test_points_too_far_away_for_voxels_have_no_scores():
     assert len(kept) <= len(decoded) - is_far.sum()
 
 
-def test_rings_of_unorganised_points_take_fewer_bytes():
-    points = np.random.default_rng(6).permutation(rings()[["x", "y", "z", "ring"]])
-    settings = {"law": "none", "keep_points": True}
-    by_ring = pcl_ext.Encoder(0.001, fields="ring", **settings).encode(points)
-    voxels = pcl_ext.Encoder(0.001, law="none").encode(pcl_ext.positions(points))
-    assert 2 * len(by_ring) < len(voxels)
-    decoded = pcl_ext.Decoder().decode(by_ring)
-    assert decoded.shape == points.shape
-    assert np.bincount(decoded["ring"]).tolist() == 16 * [400]
-    of_rings = np.array([decoded["z"][decoded["ring"] == i].mean() for i in range(16)])
-    np.testing.assert_array_less(0, np.diff(of_rings))
-
-
 def test_points_have_their_own_intensities_and_outliers_are_missing():
     image = depth_image()
     points = np.zeros(image.shape, [*((axis, "f4") for axis in "xyz"), ("intensity", "f4")])

@@ -66,23 +66,12 @@ def without_ring(points):
     return points[["x", "y", "z", "timestamp"]]
 
 
-def changed(points, name, index, value):
-    points = points.copy()
-    points[name][index] = value
-    return points
-
-
 @pytest.mark.parametrize(
     ("points", "options", "message"),
     [
         (without_ring(measured_points()), {}, "no field 'ring', 'channel', 'line'"),
         (measured_points(), {"time": "t"}, "no field 't'"),
-        (measured_points(delay=1e-6), {}, "most points have a time of their own"),
-        (measured_points()[[0, 0, *range(200)]], {}, "the same ring and time"),
         (measured_points(), {"shape": (8, 90)}, "need 16 rows and 90 columns"),
-        (changed(measured_points(), "timestamp", 7, np.nan), {}, "is not a number"),
-        (changed(measured_points(), "timestamp", 7, 1e300), {}, "columns; there may be"),
-        (changed(measured_points(), "timestamp", 7, np.inf), {}, "inf columns"),
     ],
 )
 def test_clouds_that_do_not_tell_it(points, options, message):
@@ -98,21 +87,3 @@ def test_what_is_no_cloud_or_no_shape():
     for shape in ("a", 5, (16, 90.0), (16, 90, 1)):
         with pytest.raises(TypeError, match=r"^shape is .*; it must be two whole numbers"):
             pcl_ext.arrange_by_ring(measured_points(), shape)
-
-
-def test_any_order_is_kept_if_that_is_asked_for():
-    random = np.random.default_rng(9)
-    sent = measured_points()[random.permutation(500)]
-    encoder = pcl_ext.Encoder(0.001, law="none", keep_order=True, fields="all")
-    kept = pcl_ext.Decoder().decode(encoder.encode(sent))
-    for name in ("ring", "timestamp"):
-        np.testing.assert_array_equal(kept[name], sent[name])
-    for axis in "xyz":
-        np.testing.assert_allclose(kept[axis], sent[axis], atol=0.000501)
-    with pytest.raises(ValueError, match="aggregation is sum"):
-        pcl_ext.Encoder(0.001, keep_order=True, aggregation="sum")
-    with pytest.raises(pcl_ext.Error, match="order of a cloud cannot be kept"):
-        encoder.encode(np.array([[0, 0, 0], [1e7, 0, 0]]))
-    wide = pcl_ext.Decoder().decode(encoder.encode(np.array([[0, 0, 0], [1e6, 0, 0]])))
-    assert encoder.statistics.is_i_frame
-    assert wide["x"].tolist() == [0, 1e6]

@@ -7,7 +7,6 @@ import pytest
 import pcl_ext
 
 RATE = 100e3  # bits a second
-BUFFER = 0.25  # seconds
 
 
 def noisy_wall(random, size):
@@ -20,11 +19,9 @@ def test_no_second_takes_more_than_the_rate(random):
     encoder = pcl_ext.Encoder(resolution=0.02, max_rate=RATE, frame_id="lidar")
     decoder = pcl_ext.Decoder()
     sent = []
-    waiting = 0.0
     for i in range(150):
         size = 20000 if i % 50 == 49 else 3000 if i < 100 else 500
         frame = encoder.encode(noisy_wall(random, size), stamp=1 + i / 10)
-        waiting = max(0.0, waiting - RATE / 10)
         if not frame:
             assert frame == b""
             assert "the cloud was left out, as max_rate of 100 kbit/s has room for" in (
@@ -33,8 +30,6 @@ def test_no_second_takes_more_than_the_rate(random):
             continue
         decoder.decode(frame)
         sent.append((i, 8 * len(frame)))
-        waiting += 8 * len(frame)
-        assert waiting <= RATE * BUFFER + 1
         assert sum(bits for j, bits in sent if j > i - 10) <= RATE
     status = encoder.rate_control
     assert status.max_rate == RATE
@@ -43,14 +38,6 @@ def test_no_second_takes_more_than_the_rate(random):
     assert status.changes > 0
     assert status.step <= status.last_step
     assert status.choice.startswith(f"voxels of {status.resolution:g} m, effort ")
-
-
-def test_without_a_budget_nothing_is_left_out(room):
-    encoder = pcl_ext.Encoder()
-    assert encoder.encode(room)
-    status = encoder.rate_control
-    assert (status.max_rate, status.changes, status.clouds_left_out) == (0, 0, 0)
-    assert status.reason == "at the start of the stream"
 
 
 def test_a_rate_set_before_the_first_cloud_holds(room):

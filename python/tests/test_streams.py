@@ -13,20 +13,8 @@ def clouds_of(room, count):
     return [room + np.float32(0.02 * frame) for frame in range(count)]
 
 
-def frames_of(clouds, **settings):
-    encoder = pcl_ext.Encoder(0.1, **settings)
-    frames = []
-    kinds = ""
-    for cloud in clouds:
-        frames.append(encoder.encode(cloud))
-        kinds += "I" if encoder.statistics.is_i_frame else "P"
-    return frames, kinds
-
-
-def test_i_frame_rate(room):
+def test_i_frames_are_sent_on_request(room):
     box = ((-2, -2, 0), (3, 2, 4))
-    assert (frames_of(clouds_of(room, 7), i_frame_rate=3, bounding_box=box)[1] == "IPPIPPI")
-    assert frames_of(clouds_of(room, 3), i_frame_rate=1)[1] == "III"
     encoder = pcl_ext.Encoder(0.1, bounding_box=box)
     kinds = ""
     for frame, cloud in enumerate(clouds_of(room, 5)):
@@ -35,33 +23,6 @@ def test_i_frame_rate(room):
         encoder.encode(cloud)
         kinds += "I" if encoder.statistics.is_i_frame else "P"
     assert kinds == "IPPIP"
-
-
-def test_a_request_before_the_first_cloud_is_harmless(room):
-    encoder = pcl_ext.Encoder(0.1)
-    encoder.request_i_frame()
-    assert encoder.encode(room) == pcl_ext.Encoder(0.1).encode(room)
-    encoder.encode(room)
-    assert not encoder.statistics.is_i_frame
-
-
-def test_lost_late_and_repeated_frames(room):
-    frames, kinds = frames_of(
-        clouds_of(room, 6), i_frame_rate=4, bounding_box=((-2, -2, 0), (3, 2, 4))
-    )
-    assert kinds == "IPPPIP"
-    complete = pcl_ext.Decoder()
-    expected = [complete.decode(frame) for frame in frames]
-    decoder = pcl_ext.Decoder()
-    outcomes = []
-    for frame in (0, 2, 1, 1, 2, 0, 4, 5):
-        cloud = decoder.decode(frames[frame])
-        outcomes.append(decoder.status.code)
-        assert decoder.status.ok == (cloud is not None)
-        assert decoder.status.ok or decoder.status.message
-        if cloud is not None:
-            np.testing.assert_array_equal(cloud, expected[frame])
-    assert " ".join(outcomes) == "Ok MissingReference Ok OldFrame Ok OldFrame Ok Ok"
 
 
 def test_bytes_that_are_no_frame_are_a_status(room, random):
@@ -78,22 +39,6 @@ def test_bytes_that_are_no_frame_are_a_status(room, random):
         assert decoder.decode(data) is None
         assert decoder.status.code == code and decoder.status.message
     assert decoder.decode(frame) is not None
-
-
-def test_frames_one_after_the_other(room):
-    frames, _ = frames_of(clouds_of(room, 4))
-    expected = [len(frame) for frame in frames]
-    data = b"some bytes before" + b"".join(frames)
-    view = memoryview(data)
-    decoder = pcl_ext.Decoder()
-    sizes = []
-    position = 0
-    while decoder.decode(view[position:]) is not None:
-        sizes.append(decoder.statistics.bytes)
-        position += decoder.statistics.skipped_bytes + decoder.statistics.bytes
-    assert decoder.status.code == "EndOfStream"
-    assert sizes == expected
-    assert position == len(data)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +71,8 @@ def test_what_is_not_bytes(data):
 
 
 def test_decoded_clouds_are_the_callers_own(room):
-    frames, _ = frames_of(clouds_of(room, 2))
+    encoder = pcl_ext.Encoder(0.1)
+    frames = [encoder.encode(cloud) for cloud in clouds_of(room, 2)]
     decoder = pcl_ext.Decoder()
     first = decoder.decode(frames[0])
     copy = first.copy()

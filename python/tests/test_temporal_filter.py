@@ -53,14 +53,6 @@ def test_both_ends_show_the_same(random, pose_of, hertz):
     assert not (shown["z"] < 3.0).any()
 
 
-def test_a_still_scene_takes_few_bytes(random):
-    plain = pcl_ext.Encoder(0.04, law="count")
-    filtering = pcl_ext.Encoder(0.04, law="count", temporal_filter=8)
-    sizes = np.array([(len(plain.encode(c)), len(filtering.encode(c))) for c in clouds(random, 16)])
-    assert 2 * sizes[8:, 1].sum() < sizes[8:, 0].sum()
-    assert filtering.statistics.is_of_changes and not plain.statistics.is_of_changes
-
-
 def test_reset(random):
     frame = pcl_ext.Encoder(0.04, law="count").encode(next(clouds(random, 1)))
     temporal_filter = pcl_ext.TemporalVoxelFilter()
@@ -73,14 +65,6 @@ def test_reset(random):
     temporal_filter.reset()
     again = pcl_ext.Decoder().decode(frame, temporal_filter=temporal_filter)
     np.testing.assert_array_equal(again, first)
-
-
-def test_numbers_of_points_are_not_filtered(room):
-    frame = pcl_ext.Encoder(0.1, keep_points=True).encode(room)
-    temporal_filter = pcl_ext.TemporalVoxelFilter()
-    cloud = pcl_ext.Decoder().decode(frame, temporal_filter=temporal_filter)
-    assert len(cloud) == len(room)
-    assert temporal_filter.status.code == "HasPointCounts"
 
 
 @pytest.mark.parametrize(
