@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -31,18 +30,6 @@ struct Pose {
   std::array<std::size_t, 3> source{0, 1, 2}; ///< sensor axis of each world axis
   std::array<float, 3> sign{1.0f, 1.0f, 1.0f};
   std::array<float, 3> translation{};
-
-  /** \brief False if it is a mirror or not finite. */
-  bool
-  isRigid() const
-  {
-    const bool is_odd = (source[0] + 1) % 3 != source[1];
-    const float determinant = sign[0] * sign[1] * sign[2] * (is_odd ? -1.0f : 1.0f);
-    return determinant > 0.0f &&
-           std::all_of(translation.begin(), translation.end(), [](float number) {
-             return std::isfinite(number);
-           });
-  }
 };
 
 struct PreprocessorSettings {
@@ -51,17 +38,6 @@ struct PreprocessorSettings {
   float scale = 1.0f;
   std::string intensity_field = "intensity";
   bool reads_colours = true;
-
-  bool
-  areValid() const
-  {
-    if (!pose.isRigid() || !std::isfinite(scale) || !(scale > 0.0f))
-      return false;
-    for (std::size_t axis = 0; crop_box && axis < 3; ++axis)
-      if (!((*crop_box)[0][axis] <= (*crop_box)[1][axis]))
-        return false;
-    return true;
-  }
 };
 
 /** \brief A float that is small, or any. */
