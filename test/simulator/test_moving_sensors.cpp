@@ -17,7 +17,6 @@ namespace {
 
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
-using Eigen::Translation3d;
 using Eigen::Vector3d;
 using pcl_ext::cell::Box;
 using pcl_ext::cell::Capsule;
@@ -123,32 +122,6 @@ double
 anyDistance(const Vector3d&)
 {
   return std::numeric_limits<double>::infinity();
-}
-
-TEST(MovingSensors, TheHandCameraIsWhereTheJointsPutIt)
-{
-  struct Pose {
-    double time, rail, turn, shoulder, elbow, wrist;
-  };
-  // Keys of the arm's work cycle, and the middle between the first two.
-  for (const Pose& at : {Pose{0.0, 3.0, 0.3, 0.3, 1.5, 0.6},
-                         Pose{1.0, 3.0, 0.25, 0.6, 1.25, 0.7},
-                         Pose{2.5, 3.0, 0.2, 0.9, 1.0, 0.8},
-                         Pose{6.0, 6.2, 1.4, 0.2, 1.4, 0.7},
-                         Pose{21.0, 6.2, 1.4, 0.2, 1.4, 0.7}}) {
-    const auto lean = [](double angle) { return AngleAxisd(angle, Vector3d::UnitY()); };
-    const auto along = [](double length) { return Translation3d(0, 0, length); };
-    const Isometry3d hand = Translation3d(2.6, at.rail, 0.38) *
-                            AngleAxisd(at.turn, Vector3d::UnitZ()) * along(0.55) *
-                            lean(at.shoulder) * along(1.1) * lean(at.elbow) *
-                            along(1.0) * lean(at.wrist) * along(0.3) *
-                            Isometry3d(AngleAxisd(-pi / 2, Vector3d::UnitZ()));
-    EXPECT_LT((pcl_ext::cell::handPose(at.time).matrix() - hand.matrix()).norm(), 1e-9)
-        << at.time;
-    const Isometry3d camera =
-        hand * Translation3d(0, -0.4, 0) * AngleAxisd(pi / 4, Vector3d::UnitX());
-    EXPECT_LT((handCamera(at.time).matrix() - camera.matrix()).norm(), 1e-9) << at.time;
-  }
 }
 
 TEST(MovingSensors, TheGripperIsAtRestInTheHandsFrame)
