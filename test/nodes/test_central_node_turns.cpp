@@ -19,33 +19,6 @@ settingsOfOneThread()
   return settings;
 }
 
-TEST(CentralNodeTurns, ALightStreamDoesNotWaitBehindAllFramesOfAHeavyOne)
-{
-  const CodedStream stream = streamOf(40);
-  Gate beginning;
-  Gate second_frame;
-  std::string served; // written by the one thread
-  CentralNode node(settingsOfOneThread(), [&](const ReceivedFrame& frame) {
-    served += frame.stream;
-    if (served == "H")
-      beginning.pass();
-    else if (served == "HH")
-      second_frame.pass();
-  });
-  node.addStream("H");
-  node.addStream("l");
-  for (const Bytes& frame : stream.frames)
-    send(node, "H", frame);
-  beginning.open();
-  // In the middle of the heavy stream's frames, all of which wait.
-  second_frame.waitForArrivals(1);
-  send(node, "l", stream.frames[0]);
-  second_frame.open();
-  node.waitUntilDecoded();
-  // The heavy stream asks for its next turn when it has ended this one.
-  EXPECT_EQ(served, "HHl" + std::string(38, 'H'));
-}
-
 TEST(CentralNodeTurns, WhatWaitsCanBeRefused)
 {
   const CodedStream stream = streamOf(6);

@@ -10,7 +10,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <random>
 #include <vector>
 
 namespace {
@@ -100,36 +99,6 @@ TEST_P(FailingMemory, IsReportedAndTheStreamGoesOnWithAnIFrame)
                         });
 }
 
-TEST_P(FailingMemory, MayRunOutAgainAndAgain)
-{
-  std::mt19937_64 random(1);
-  std::size_t losses = 0;
-  for (int round = 0; round < 60; ++round) {
-    const std::unique_ptr<Sender> sender = make_();
-    FrameReceiver receiver;
-    bool is_lost = false;
-    for (std::size_t i = 0; i < GetParam().inputs; ++i) {
-      Bytes bytes;
-      const std::size_t n = below(random, below(random, 2) == 0 ? 8 : 200);
-      bool is_sent = false;
-      {
-        const FailingAllocation failing(n, below(random, 2) == 0);
-        is_sent = sender->send(i, bytes);
-      }
-      losses += is_sent ? 0 : 1;
-      Shown shown;
-      if (is_sent) {
-        EXPECT_TRUE(receiver.receive(bytes, shown));
-        EXPECT_TRUE(shown.is_i_frame || !is_lost);
-        if (GetParam().is_exact)
-          expectSame(shown, shown_from_[0][i]);
-      }
-      is_lost = !is_sent;
-    }
-  }
-  EXPECT_GT(losses, 10u);
-}
-
 INSTANTIATE_TEST_SUITE_P(Of,
                          FailingMemory,
                          testing::ValuesIn(senders()),
@@ -208,27 +177,6 @@ TEST_P(FailingMemoryOfReceivers, NeverGivesAWrongFrame)
     return has_failed;
   };
   expectFailuresHandled(GetParam().inputs, run);
-}
-
-TEST_P(FailingMemoryOfReceivers, MayRunOutAgainAndAgain)
-{
-  std::mt19937_64 random(2);
-  std::size_t losses = 0;
-  for (int round = 0; round < 60; ++round) {
-    const std::unique_ptr<Receiver> receiver = this->receiver();
-    bool is_known = false;
-    for (std::size_t i = 0; i < bytes_.size(); ++i) {
-      const bool is_decodable = is_known || isIFrame(i);
-      const std::size_t n = below(random, below(random, 2) == 0 ? 8 : 200);
-      bool has_failed = false;
-      is_known = receiveWithFailure(*receiver, i, n, below(random, 2) == 0, has_failed);
-      EXPECT_TRUE(is_known || has_failed || !is_decodable) << i;
-      // A class that lacks memory for its cloud may have decoded the frame.
-      EXPECT_TRUE(!is_known || is_decodable || GetParam().has_class_receiver) << i;
-      losses += is_known ? 0 : 1;
-    }
-  }
-  EXPECT_GT(losses, 10u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Of,

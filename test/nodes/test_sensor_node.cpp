@@ -5,6 +5,7 @@
  * each cloud with its transform.
  */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
+#include <pcl_ext/point_types.h>
 
 #include "support/message_layouts.h"
 #include "support/node_tests.h"
@@ -20,6 +21,7 @@ using pcl_ext::IntensityModel;
 using pcl_ext::IntensityUnit;
 using pcl_ext::NativeIntensity;
 using pcl_ext::NoIntensity;
+using pcl_ext::PointXYZRGBI;
 using pcl_ext::SensorPreprocessor;
 using pcl_ext::io::DepthLaw;
 using pcl_ext::io::IntensityCompressionSettings;
@@ -53,6 +55,24 @@ exactPose(unsigned int frame)
   return pose;
 }
 
+using ColouredCloud = pcl::PointCloud<PointXYZRGBI>;
+
+/** \brief The points of cloudSeenFrom() with colours, one of which is not finite. */
+ColouredCloud
+colouredCloudSeenFrom(const WorldPose& pose, unsigned int seed)
+{
+  ColouredCloud cloud;
+  std::uint32_t colour = seed;
+  for (const pcl::PointXYZI& point : cloudSeenFrom(pose, seed)) {
+    PointXYZRGBI& coloured = cloud.emplace_back();
+    coloured.getVector3fMap() = point.getVector3fMap();
+    coloured.intensity = point.intensity;
+    coloured.rgba = 0xff000000u | (colour = colour * 1664525u + 1013904223u) >> 8;
+  }
+  cloud[3].y = std::numeric_limits<float>::quiet_NaN();
+  return cloud;
+}
+
 /** \brief Expects the bytes of a node's stream to be those of a preprocessor and the
  * compression class. */
 template <typename PreprocessingModelT, typename CompressionModelT>
@@ -62,7 +82,9 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
                       const std::optional<DepthLaw>& depth_law)
 {
   SensorNode node(settings);
-  SensorPreprocessor<PreprocessingModelT> preprocessor(preprocessing_model);
+  const bool has_colours = settings.compression.format == StreamFormat::Version1;
+  SensorPreprocessor<PreprocessingModelT, PointXYZRGBI> preprocessor(
+      preprocessing_model);
   IntensityCompressionSettings codec;
   static_cast<pcl_ext::io::EncoderSettings&>(codec) = settings.compression;
   codec.carry_header = settings.carry_header;
@@ -72,19 +94,18 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
     codec.bounding_box = settings.crop_box;
   }
   codec.depth_law = depth_law;
-  OctreePointCloudIntensityCompression<pcl::PointXYZI, CompressionModelT> compression(
+  OctreePointCloudIntensityCompression<PointXYZRGBI, CompressionModelT> compression(
       codec);
   for (unsigned int frame = 0; frame < 6; ++frame) {
     SCOPED_TRACE("frame " + std::to_string(frame));
     const WorldPose pose = exactPose(frame);
-    Cloud seen = cloudSeenFrom(pose, 30 + frame / 2);
-    seen[3].y = std::numeric_limits<float>::quiet_NaN();
+    const ColouredCloud seen = colouredCloudSeenFrom(pose, 30 + frame / 2);
     pcl::PCLPointCloud2 message = messageOf(seen, frame);
     const Bytes bytes = encoded(node, message, pose);
 
     message.header.frame_id = settings.global_frame;
     preprocessor.setSensorPose(Eigen::Isometry3d(pose));
-    const Cloud::Ptr preprocessed(new Cloud);
+    const ColouredCloud::Ptr preprocessed(new ColouredCloud);
     ASSERT_TRUE(preprocessor.process(message, *preprocessed).ok());
     const std::string expected = pcl_ext::test::encodeFrame(compression, preprocessed);
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), expected);
@@ -96,6 +117,8 @@ expectBytesOfPipeline(const SensorNodeSettings& settings,
     EXPECT_EQ(statistics.preprocessing.points_cropped > 100,
               settings.crop_box.has_value());
     EXPECT_EQ(statistics.frame.voxelization.points_used, preprocessed->size());
+    EXPECT_EQ(statistics.preprocessing.has_colours, has_colours);
+    EXPECT_EQ(statistics.frame.coding.attribute_bytes > 0, has_colours);
   }
 }
 
@@ -119,6 +142,7 @@ TEST(SensorNode, BytesAreThoseOfThePipeline)
       settings.law = law;
       settings.sensor = runtimeKinect();
       settings.compression.resolution = resolution;
+      settings.compression.colour_bits = 8;
       settings.carry_header = settings.compression.format == StreamFormat::Version1;
       settings.global_frame = "cell";
       return settings;
@@ -220,6 +244,28 @@ TEST(SensorNode, CloudsOfWhichNothingIsLeftAreFramesWithoutVoxels)
           decodedWith(decoder, encoded(node, clouds[frame % 2], poseOf(0))).size(), 0u);
     EXPECT_EQ(node.statistics().frames, 4u);
     EXPECT_EQ(node.statistics().clouds_refused, 0u);
+  }
+}
+
+TEST(SensorNode, IFramesComeByStampsOrWithoutThemByTheClock)
+{
+  FakeClock clock;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = wide_box;
+  settings.compression.i_frame_every = 0.5;
+  settings.clock = clock.clock();
+  for (const bool has_stamps : {true, false}) {
+    SensorNode node(settings);
+    pcl::PCLPointCloud2 message = messageOf(cloudSeenFrom(poseOf(0), 1));
+    FrameDecoder decoder;
+    std::string frame_types;
+    for (const int ms : {1000, 1300, 1499, 1501, 1900, 2001}) {
+      clock.set(has_stamps ? Time(0) : Time(std::chrono::milliseconds(ms)));
+      message.header.stamp = has_stamps ? static_cast<std::uint64_t>(ms) * 1000 : 0;
+      decodedWith(decoder, encoded(node, message, poseOf(0)));
+      frame_types += decoder.statistics().is_i_frame ? 'I' : 'P';
+    }
+    EXPECT_EQ(frame_types, "IPPIPI");
   }
 }
 

@@ -240,41 +240,4 @@ TEST(SensorNodeFields, ThatCannotBeKeptAreNamed)
   }
 }
 
-TEST(SensorNodeFields, OfAnOrganisedCloudComeBackInItsOrder)
-{
-  // Rows and columns of lines of sight, in the coordinates of the world.
-  pcl::PCLPointCloud2 cloud = lidarMessage();
-  for (std::uint32_t row = 0; row < cloud.height; ++row)
-    for (std::uint32_t column = 0; column < cloud.width; ++column) {
-      const auto depth = static_cast<float>(2000 + column + column % 3) * 0.001f;
-      const float place[3] = {0.002f * (static_cast<float>(column) - 250.0f) * depth,
-                              0.2f * (static_cast<float>(row) - 4.0f) * depth,
-                              column % 7 == 3 ? std::numeric_limits<float>::infinity()
-                                              : depth};
-      std::memcpy(cloud.data.data() + row * cloud.row_step + column * cloud.point_step +
-                      4,
-                  place,
-                  sizeof(place));
-    }
-  SensorNodeSettings settings = settingsOf(IntensityLaw::None);
-  settings.compression.resolution = 0.001;
-  settings.compression.keep_points = true;
-  settings.compression.fields = {{"t"}};
-  settings.compression.bounding_box.reset();
-  SensorNode node(settings);
-  pcl_ext::WorldPose pose = pcl_ext::WorldPose::Identity();
-  pose.translate(Eigen::Vector3d(3.0, 2.0, 1.0));
-  pose.rotate(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitY()));
-  FrameDecoder decoder;
-  const VoxelFrame frame = decodedWith(decoder, encoded(node, cloud, pose));
-  EXPECT_EQ(node.statistics().decoded_width, 500u);
-  EXPECT_EQ(node.statistics().decoded_height, 8u);
-  ASSERT_EQ(frame.cloudWidth(), 500u);
-  ASSERT_EQ(frame.cloudHeight(), 8u);
-  EXPECT_EQ(frame.pointCount(), 8u * (500 - 71));
-  for (std::size_t point = 0; point < frame.pointCount(); ++point) {
-    const std::size_t index = frame.cloudIndex(point);
-    EXPECT_EQ(frame.fields[0].numbers[point], index % 500 + 1000 * (index / 500));
-  }
-}
 } // namespace
