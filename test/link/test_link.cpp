@@ -219,32 +219,6 @@ TEST(Link, NeverMixesTwoPublishersOfOneStream)
   }
 }
 
-TEST(Link, LeavesDamagedFramesOutAndAsksForAnIFrame)
-{
-  const NatsServer server;
-  Receiver receiver(settingsOf(server));
-  Sensor sensor(settingsOf(server));
-  const auto publish = [&](bool is_damaged) {
-    return sensor.publish([is_damaged](Bytes& frame) {
-      if (is_damaged)
-        frame.back() ^= 0x10;
-    });
-  };
-  for (const bool is_damaged : {false, false, true})
-    expectCode(publish(is_damaged), LinkCode::Ok);
-  ASSERT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
-  for (const bool is_damaged : {false, false})
-    expectCode(publish(is_damaged), LinkCode::Ok);
-  for (const std::size_t frame : {0u, 1u, 3u, 4u}) {
-    ASSERT_TRUE(receiver.take());
-    EXPECT_EQ(receiver.frames.back().bytes, sensor.frames()[frame]);
-  }
-  const LinkStreamStatistics statistics = receiver.statisticsOf("/sensor_1");
-  EXPECT_EQ(statistics.frames, 4u);
-  EXPECT_EQ(statistics.frames_damaged, 1u);
-  EXPECT_EQ(statistics.frames_lost + statistics.frames_skipped, 0u);
-}
-
 TEST(Link, LeavesMessagesOutThatAreNoFrames)
 {
   const NatsServer server;

@@ -4,7 +4,6 @@
  * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
  * that were renamed.
  */
-#include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
@@ -30,8 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using recording::BagEntry;
-using recording::BagReader;
 using recording::McapChannel;
 using recording::McapMessage;
 using recording::PointCloudMessage;
@@ -458,25 +455,6 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   EXPECT_TRUE(hasPart(said, "'bag' has the storage sqlite3; bags are written as MCAP"));
   for (std::size_t i = 0; i < clouds.size(); ++i)
     EXPECT_EQ(clouds[i].stamp, wall(i).stamp);
-  BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "again.mcap").ok());
-  std::map<std::string, std::size_t> messages;
-  for (const BagEntry& entry : reader.index()) {
-    const McapChannel& channel = reader.channels()[entry.channel];
-    EXPECT_EQ(channel.metadata.at("offered_qos_profiles"), qos);
-    McapMessage message;
-    ASSERT_TRUE(reader.read(entry, message).ok());
-    const std::size_t i = messages[channel.topic]++;
-    EXPECT_EQ(message.log_time,
-              messageOf(i).log_time + Time(channel.topic == "/imu" ? 1 : 0));
-    if (channel.topic != "/imu")
-      continue;
-    EXPECT_EQ(channel.schema.name, "sensor_msgs/msg/Imu");
-    EXPECT_EQ(channel.message_encoding, "cdr");
-    EXPECT_EQ(message.bytes, Bytes(20 + i, 7));
-  }
-  EXPECT_EQ(messages,
-            (std::map<std::string, std::size_t>{{"/imu", 3}, {"/points", 3}}));
   // A file alone, also one that is compressed, and from a pipe.
   expectWalls("bag/bag_0.db3", "", 1);
   const Bytes bytes = bytesOf(folder / "bag/bag_0.db3");
@@ -499,16 +477,6 @@ TEST_F(ProgramForeignBags, OfTheStorageSqlite3BecomeMcap)
   EXPECT_EQ(run("encode bags -o made").status, 0);
   EXPECT_TRUE(fs::exists(folder / "made/a.mcap"));
   EXPECT_TRUE(fs::exists(folder / "made/b.mcap"));
-}
-
-TEST_F(ProgramForeignBags, MayBeCompressedByMessage)
-{
-  std::vector<McapMessage> messages = {messageOf(0), messageOf(1)};
-  for (McapMessage& message : messages)
-    message.bytes = recording::test::compressed(message.bytes);
-  writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
-  expectWalls("bag.mcap");
-  EXPECT_EQ(runShell("cat bag.mcap | $P encode - -o piped.mcap").status, 0);
 }
 #endif
 

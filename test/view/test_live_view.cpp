@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <deque>
 #include <thread>
 
 namespace pcl_ext::PCL_EXT_ABI::view {
@@ -108,50 +107,6 @@ TEST(LiveView, AnIFrameIsRequestedWhereNoneIsKeptAndWhenAViewerAsks)
   const Bytes frame = source.next();
   live.publish(0, 2, frame);
   EXPECT_EQ(client.nextFrame()->frame, frame);
-}
-
-TEST(LiveView, FiftyViewersGetTheSameFrames)
-{
-  ViewServerLimits limits;
-  limits.max_queued_frames = 1000; // of a machine that is busy
-  RunningServer live(limits, /* streams */ 2);
-  constexpr std::size_t viewers = 50;
-  constexpr std::size_t frames = 60; // of each stream
-  std::vector<std::size_t> right(viewers, 0);
-  std::vector<std::vector<Bytes>> sent(2);
-  std::deque<LiveSource> sources;
-  for (std::size_t stream = 0; stream < 2; ++stream) {
-    sources.emplace_back(7, 20, stream + 1);
-    for (std::size_t i = 0; i < frames; ++i)
-      sent[stream].push_back(sources[stream].next());
-  }
-  std::vector<std::thread> threads;
-  for (std::size_t viewer = 0; viewer < viewers; ++viewer)
-    threads.emplace_back([&, viewer] {
-      LiveClient client(live.port());
-      std::vector<std::size_t> next(2, 0);
-      while (next[0] + next[1] < 2 * frames) {
-        const auto message = client.nextFrame();
-        if (!message || message->stream > 1)
-          return;
-        std::size_t& number = next[message->stream];
-        right[viewer] += message->frame == sent[message->stream][number] &&
-                                 message->flags == 0 &&
-                                 message->time == timeOfFrame(number).count()
-                             ? 1
-                             : 0;
-        ++number;
-      }
-    });
-  EXPECT_TRUE(live.waitForViewers(viewers));
-  for (std::size_t i = 0; i < frames; ++i)
-    for (std::size_t stream = 0; stream < 2; ++stream)
-      live.publish(stream, i, sent[stream][i]);
-  for (std::thread& thread : threads)
-    thread.join();
-  EXPECT_EQ(right, std::vector<std::size_t>(viewers, 2 * frames));
-  EXPECT_EQ(live.server->statistics().frames_skipped, 0u);
-  EXPECT_TRUE(live.waitForConnections(0));
 }
 
 TEST(LiveView, AViewerThatDoesNotReadDisturbsNobodyAndGoesOnAtAnIFrame)
