@@ -166,6 +166,26 @@ TEST(MergedFrames, WholeIntensitiesAreExactBehindOnesThatHaveNoStep)
   EXPECT_EQ(worldVoxels(decoded), worldVoxels(frame));
 }
 
+TEST(MergedFrames, AreOfTheStampsThatAreAskedFor)
+{
+  FakeClock clock;
+  CentralNodeSettings settings = centralSettings();
+  settings.clock = clock.clock();
+  CentralNode node(settings);
+  std::mt19937_64 random(9);
+  const VoxelFrame frame = someVoxels(random, scaleOf(1.0f, 1.0f));
+  node.addStream("slow");
+  ASSERT_TRUE(node.receive("slow", coded(frame), Time(5000)).ok());
+  node.waitUntilDecoded();
+  clock.set(std::chrono::hours(1)); // long after it was decoded
+  VoxelFrame merged;
+  EXPECT_FALSE(node.merge(merged).streams[0].frame);
+  EXPECT_TRUE(node.merge(merged, StampRange{Time(5000), Time(5000)}).streams[0].frame);
+  EXPECT_EQ(worldVoxels(merged), worldVoxels(frame));
+  EXPECT_FALSE(node.merge(merged, StampRange{Time(5001), Time(9000)}).streams[0].frame);
+  EXPECT_FALSE(node.merge(merged, StampRange{Time(0), Time(4999)}).streams[0].frame);
+}
+
 TEST(MergedFrameEncoder, IFramesComeByStamps)
 {
   std::mt19937_64 random(3);

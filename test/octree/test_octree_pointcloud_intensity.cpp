@@ -261,62 +261,6 @@ TYPED_TEST(OctreeIntensity, PclsIteratorsVisitEveryVoxelOnce)
   expect_all_once(this->octree.leaf_breadth_begin());
 }
 
-TYPED_TEST(OctreeIntensity, OccupiedVoxelCentresAreTheVoxels)
-{
-  const auto cloud = this->someCloud(19, 2000);
-  this->add(cloud);
-  typename TestFixture::Octree::AlignedPointTVector centres;
-  const auto voxels = naiveVoxels(*cloud, this->resolution);
-  EXPECT_EQ(this->octree.getOccupiedVoxelCenters(centres), voxels.size());
-  ASSERT_EQ(centres.size(), voxels.size());
-  for (const auto& centre : centres) {
-    const auto index = voxelOf(centre, this->resolution);
-    ASSERT_EQ(voxels.count(index), 1u);
-    EXPECT_EQ(centre.x, this->centreOf(index).x);
-    EXPECT_EQ(centre.y, this->centreOf(index).y);
-    EXPECT_EQ(centre.z, this->centreOf(index).z);
-  }
-}
-
-TYPED_TEST(OctreeIntensity, AVoxelCanBeDeletedAndFilledAgain)
-{
-  typename TestFixture::Cloud::Ptr cloud(new typename TestFixture::Cloud);
-  const auto point = this->makePoint(0.01f, 0.01f, 0.01f, 5.0f);
-  cloud->push_back(point);
-  this->add(cloud);
-  this->octree.deleteVoxelAtPoint(point);
-  EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(point), 0.0f);
-  this->octree.addPointsFromInputCloud();
-  EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(point),
-            pcl_ext::nativeIntensity(point, 1.0f));
-}
-
-TYPED_TEST(OctreeIntensity, DeleteTreeForgetsEverything)
-{
-  const auto cloud = this->someCloud(20, 100);
-  this->add(cloud);
-  this->octree.deleteTree();
-  EXPECT_EQ(this->octree.getLeafCount(), 0u);
-  this->anchor(this->octree);
-  for (const auto& point : *cloud)
-    EXPECT_EQ(this->octree.getVoxelIntensityAtPoint(point), 0.0f);
-  this->octree.addPointsFromInputCloud();
-  this->expectAgreement(this->octree, *cloud);
-}
-
-TYPED_TEST(OctreeIntensity, SerializedTreesComeBackWithTheirLeaves)
-{
-  const auto cloud = this->someCloud(21, 1500);
-  this->add(cloud);
-  std::vector<char> bytes;
-  std::vector<IntensityLeaf*> leaves;
-  this->octree.serializeTree(bytes, leaves);
-  ASSERT_EQ(leaves.size(), this->octree.getLeafCount());
-  EXPECT_FALSE(bytes.empty());
-  this->receiver.deserializeTree(bytes, leaves);
-  this->expectAgreement(this->receiver, *cloud);
-}
-
 TYPED_TEST(OctreeIntensity, SerializedTreesComeBackAsOccupancyAlone)
 {
   const auto cloud = this->someCloud(22, 1500);
