@@ -89,6 +89,11 @@ TEST(CloudLayout, AllOfTheseAreRead)
       expectAllRead(message);
       EXPECT_EQ(pcl_ext::rowStep(message), 64u);
     }
+  // Nor does that of one row with more bytes behind it.
+  message = plainMessage(4, 1);
+  message.row_step = 0;
+  message.data.push_back(0);
+  expectAllRead(message);
 }
 
 struct Limits {
