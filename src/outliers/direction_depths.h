@@ -1,7 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include <algorithm>
 #include <array>
@@ -78,6 +79,15 @@ public:
    * \param[in] least_depth nearer points have no direction; above 0 */
   void
   add(const Batch& points, std::size_t count, float least_depth);
+
+  /** \brief The same of all points outside of a box.
+   * \param[in] points metres
+   * \param[in] position of the sensor, metres; finite
+   */
+  void
+  addBeyond(io::PointBatches& points,
+            const io::BoundingBox& box,
+            const std::array<double, 3>& position);
 
   /** \brief The least depth of a square, or \ref unseen. */
   float

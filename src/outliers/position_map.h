@@ -50,12 +50,6 @@ public:
     return levels_;
   }
 
-  void
-  clear()
-  {
-    has_lattice_ = false;
-  }
-
   /** \brief Position of the grid's first voxel. */
   io::VoxelPosition
   first() const

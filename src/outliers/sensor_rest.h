@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -181,6 +182,36 @@ private:
   bool has_other_surfaces_ = false;
   std::optional<std::array<double, 3>> position_; // at first, or of the last move
   unsigned int rest_ticks_ = ticks_to_rest;       // since it moved
+};
+
+/** \brief Tells whether the sensor of a stream moves, where no TemporalVoxelFilter
+ * does. */
+class FrameMotion {
+public:
+  /** \brief Takes the stream's next frame.
+   * \param[in] frame its voxels
+   * \param[in] position of the sensor, metres
+   * \param[in] time of the cloud
+   * \return as SensorRest::judge()
+   */
+  io::SensorMotion
+  judge(const io::VoxelFrame& frame,
+        const std::array<double, 3>& position,
+        const std::optional<std::chrono::nanoseconds>& time)
+  {
+    if (grid_ && (grid_->resolution != frame.grid.resolution ||
+                  grid_->origin != frame.grid.origin))
+      rest_ = SensorRest();
+    grid_ = frame.grid;
+    surfaces_.learn(frame, [](std::uint64_t) { return std::uint64_t{0}; });
+    return rest_.judge(frame, surfaces_, position, ticks_.take(time));
+  }
+
+private:
+  std::optional<io::VoxelGrid> grid_; // of the last frame
+  FrameTicks ticks_;
+  SurfaceSupport surfaces_;
+  SensorRest rest_;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI

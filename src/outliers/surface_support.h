@@ -154,7 +154,19 @@ public:
    * \param[in] additional neighbours that it takes to have enough
    */
   Support
-  of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const;
+  of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const
+  {
+    const unsigned int level = levelAt(distance);
+    const std::uint32_t mean = levels_[level].density.mean(distance);
+    // A plane has 8 neighbours, of which its edges and corners have 5 and 3.
+    const std::uint32_t least = mean < enough_neighbours ? 1 : 2;
+    const std::uint32_t needed =
+        std::clamp(mean * mean / (256 * 34), least, std::uint32_t{5}) + additional;
+    const unsigned int count = levels_[level].occupied.count(key >> 3 * level, needed);
+    if (count >= needed)
+      return Support::Enough;
+    return count > 0 || mean < lone_neighbours ? Support::Some : Support::None;
+  }
 
   /** \brief True if the frame has a voxel in one of the 27 coarse voxels of level 1
    * around a voxel, or around it where a grid has no coarse voxels. */

@@ -3,7 +3,6 @@
 
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
-#include "outliers/rays_beyond.h"
 #include "outliers/sensor_rest.h"
 #include "outliers/voxel_history.h"
 #include "voxels/memory_rule.h"
@@ -67,7 +66,7 @@ public:
             const std::array<double, 3>& position)
   {
     rays_.clear();
-    addPointsBeyond(points, box, position, rays_);
+    rays_.addBeyond(points, box, position);
   }
 
   void

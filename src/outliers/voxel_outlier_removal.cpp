@@ -3,7 +3,6 @@
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
 #include "outliers/density_blocks.h"
-#include "outliers/history_ranks.h"
 #include "outliers/outlier_removal_remarks.h"
 #include "outliers/outlier_score.h"
 #include "outliers/position_map.h"
@@ -104,7 +103,7 @@ public:
   void
   reset()
   {
-    positions_.clear(); // so that learn() starts without a history
+    positions_ = PositionMap(); // so that learn() starts without a history
     releaseAll();
   }
 

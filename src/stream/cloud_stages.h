@@ -5,7 +5,7 @@
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
 #include "bytes/exceptions.h"
-#include "outliers/frame_motion.h"
+#include "outliers/sensor_rest.h"
 #include "rate/rate_control.h"
 #include "stream/cloud_voxelizer.h"
 #include "stream/frame_encoder.h"

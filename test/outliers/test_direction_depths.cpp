@@ -1,6 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/direction_depths.h"
-#include "outliers/rays_beyond.h"
 #include "voxelizing/point_batches.h"
 
 #include <gtest/gtest.h>
@@ -160,7 +159,7 @@ expectThoseOutside(const std::array<double, 3>& position)
   view.coordinate_stride = 3 * sizeof(NumberT);
   io::SingleBatch batches(view);
   DirectionDepths depths;
-  addPointsBeyond(batches, box, position, depths);
+  depths.addBeyond(batches, box, position);
   expected.expectEqual(depths);
 }
 
