@@ -2,12 +2,12 @@
 #include "outliers/lidar_rows.h"
 
 #include "voxelizing/ring_field.h"
+#include "voxelizing/robust_fit.h"
 
 #include <algorithm>
 #include <array>
 #include <bitset>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -21,42 +21,6 @@ constexpr std::uint32_t least_rows = 4;
 constexpr std::uint32_t most_rows = 1024;
 /** \brief Fewer points in a row are no row that was told from their directions. */
 constexpr std::size_t least_points_of_row = 32;
-
-/** \brief The slopes between rows whose points have nearly the same slope each: where
- * the gaps are that are much wider than all others. Empty if there are none.
- * \param[in,out] slopes ascending; scratch memory afterwards
- */
-std::vector<float>
-slopesBetweenRows(std::vector<float>& slopes)
-{
-  constexpr float much = 3.0f;
-  constexpr float rounding = 1e-6f;
-  const std::vector<float> sorted = slopes;
-  if (sorted.size() < least_rows * least_points_of_row)
-    return {};
-  std::vector<float>& gaps = slopes;
-  gaps.clear();
-  for (std::size_t i = 1; i < sorted.size(); ++i)
-    gaps.push_back(sorted[i] - sorted[i - 1]);
-  const auto most = static_cast<std::ptrdiff_t>(
-      std::min<std::size_t>(most_rows, gaps.size() / least_points_of_row));
-  std::partial_sort(gaps.begin(), gaps.begin() + most, gaps.end(), std::greater<>());
-  float best = much;
-  float narrowest = 0.0f;
-  for (std::ptrdiff_t i = least_rows - 1; i < most; ++i) {
-    const float ratio = gaps[static_cast<std::size_t>(i - 1)] /
-                        std::max(gaps[static_cast<std::size_t>(i)], rounding);
-    if (ratio > best) {
-      best = ratio;
-      narrowest = gaps[static_cast<std::size_t>(i - 1)];
-    }
-  }
-  std::vector<float> between;
-  for (std::size_t i = 1; narrowest > 0.0f && i < sorted.size(); ++i)
-    if (sorted[i] - sorted[i - 1] >= narrowest)
-      between.push_back(0.5f * (sorted[i] + sorted[i - 1]));
-  return between;
-}
 
 /** \brief Sine of the elevation: single points near the axis, whose slopes are huge,
  * count no more than others. */
@@ -104,7 +68,7 @@ LidarRows::find(const io::PointView& points, const std::vector<LidarPoint>& dire
   const Source last = source_;
   if (!isFoundIn(last, points, directions)) {
     constexpr std::array<Source, 4> sources = {
-        Source::Image, Source::Ring, Source::Slopes, Source::Turns};
+        Source::Image, Source::Ring, Source::Elevations, Source::Turns};
     const auto found = std::find_if(sources.begin(), sources.end(), [&](Source source) {
       return source != last && isFoundIn(source, points, directions);
     });
@@ -151,8 +115,8 @@ LidarRows::readRows(Source source,
     return points.image.width > 1 && points.image.height > 1 && readImage(points);
   case Source::Ring:
     return ring && readRings(points.fields[*ring], directions);
-  case Source::Slopes:
-    return findBySlope(directions);
+  case Source::Elevations:
+    return findByElevation(directions);
   case Source::Turns:
     return findByTurns(directions);
   default:
@@ -241,37 +205,38 @@ LidarRows::readRings(const io::FieldView& rings,
   return true;
 }
 
-/** \brief Tells rows from the slopes of all points, for sensors whose rows are cones. */
+/** \brief Tells rows from the elevations of all points, for sensors whose rows are
+ * cones. */
 bool
-LidarRows::findBySlope(const std::vector<LidarPoint>& directions)
+LidarRows::findByElevation(const std::vector<LidarPoint>& directions)
 {
   const auto count = static_cast<std::size_t>(
       std::count_if(directions.begin(), directions.end(), [](const LidarPoint& point) {
         return point.range > 0.0f;
       }));
   // The first cloud may have few of the rows.
-  if (slopes_.empty() || count > slopes_points_ + slopes_points_ / 4) {
+  if (elevation_rows_.count() == 0 ||
+      count > elevation_points_ + elevation_points_ / 4) {
     constexpr std::size_t enough = 32768;
-    // Odd, so that no rows are left out.
-    const std::size_t every = count / enough | 1;
-    sorted_.clear();
-    std::size_t number = 0;
-    for (const LidarPoint& point : directions)
-      if (point.range > 0.0f && number++ % every == 0)
-        sorted_.push_back(point.slope);
-    std::sort(sorted_.begin(), sorted_.end());
-    std::vector<float> between = slopesBetweenRows(sorted_);
-    if (!between.empty())
-      slopes_ = std::move(between);
-    slopes_points_ = count;
+    std::vector<Eigen::Vector3d> points;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      if (const LidarPoint& point = directions[i];
+          point.range > 0.0f && io::isChosen(i, directions.size(), enough)) {
+        const double slope = point.slope;
+        const double distance = point.range / std::sqrt(1.0 + slope * slope);
+        points.emplace_back(distance, 0.0, slope * distance);
+      }
+    io::ElevationRows rows;
+    if (rows.learn(points, least_rows * least_points_of_row) &&
+        rows.count() >= least_rows)
+      elevation_rows_ = rows;
+    elevation_points_ = count;
   }
-  if (slopes_.empty())
+  if (elevation_rows_.count() == 0)
     return false;
   for (std::size_t i = 0; i < directions.size(); ++i)
-    rows_[i] = static_cast<std::uint32_t>(
-        std::upper_bound(slopes_.begin(), slopes_.end(), directions[i].slope) -
-        slopes_.begin());
-  count_ = static_cast<std::uint32_t>(slopes_.size() + 1);
+    rows_[i] = elevation_rows_.nextRow(static_cast<double>(directions[i].slope));
+  count_ = elevation_rows_.count();
   return true;
 }
 

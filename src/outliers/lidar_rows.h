@@ -4,6 +4,8 @@
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/version.h>
 
+#include "voxelizing/elevation_rows.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -48,7 +50,7 @@ public:
   void
   reset()
   {
-    slopes_.clear();
+    elevation_rows_ = io::ElevationRows();
     source_ = Source::None;
     checked_rows_ = 0;
     ranks_.clear();
@@ -56,7 +58,7 @@ public:
 
 private:
   /** \brief What rows are told by. */
-  enum class Source { None, Image, Ring, Slopes, Turns };
+  enum class Source { None, Image, Ring, Elevations, Turns };
 
   bool
   isFoundIn(Source source,
@@ -75,7 +77,7 @@ private:
   readImage(const io::PointView& points);
 
   bool
-  findBySlope(const std::vector<LidarPoint>& directions);
+  findByElevation(const std::vector<LidarPoint>& directions);
 
   bool
   findByTurns(const std::vector<LidarPoint>& directions);
@@ -92,9 +94,8 @@ private:
   Source source_ = Source::None; // of the last cloud that had rows
   std::uint32_t count_ = 0;
   std::vector<std::uint32_t> rows_;
-  std::vector<float> slopes_; // between rows, where they are told by slopes
-  std::size_t slopes_points_ = 0;
-  std::vector<float> sorted_; // scratch memory
+  io::ElevationRows elevation_rows_;
+  std::size_t elevation_points_ = 0; // of the cloud that they were last looked for in
   // Of the last cloud whose rows were looked at.
   std::uint32_t checked_rows_ = 0;
   std::size_t checked_points_ = 0;

@@ -17,7 +17,6 @@ constexpr std::size_t bin_count = 9000; // from straight down to straight up
  * coordinates are rounded; metres. Without points that are near some rows have none. */
 constexpr double nearest_points[] = {0.5, 1.0, 2.0, 4.0};
 
-constexpr std::size_t least_far_points = 1024;
 constexpr std::size_t most_rows = 256;
 
 /** \brief A row has more than one of so many points of an average row. */
@@ -58,7 +57,9 @@ areNarrow(const std::vector<Group>& groups)
 /** \brief The groups of the elevations of points that are not nearer than some distance;
  * none if there are no clear ones. */
 std::vector<Group>
-findGroups(const std::vector<Eigen::Vector3d>& points, double nearest)
+findGroups(const std::vector<Eigen::Vector3d>& points,
+           double nearest,
+           std::size_t least_points)
 {
   std::vector<std::uint32_t> bins(bin_count);
   std::size_t counted = 0;
@@ -70,7 +71,7 @@ findGroups(const std::vector<Eigen::Vector3d>& points, double nearest)
     ++bins[std::min(static_cast<std::size_t>(std::max(place, 0.0)), bin_count - 1)];
     ++counted;
   }
-  if (counted < least_far_points)
+  if (counted < least_points)
     return {};
   std::vector<Group> groups = groupsOf(bins);
   const std::size_t fewest =
@@ -91,13 +92,14 @@ findGroups(const std::vector<Eigen::Vector3d>& points, double nearest)
 } // namespace
 
 bool
-ElevationRows::learn(const std::vector<Eigen::Vector3d>& points)
+ElevationRows::learn(const std::vector<Eigen::Vector3d>& points,
+                     std::size_t least_points)
 {
   ends_.clear();
   std::vector<Group> groups;
   for (const double nearest : nearest_points)
     if (groups.empty())
-      groups = findGroups(points, nearest);
+      groups = findGroups(points, nearest, least_points);
   if (groups.empty())
     return false;
   const auto slope_at = [](double place) {
@@ -113,10 +115,8 @@ ElevationRows::learn(const std::vector<Eigen::Vector3d>& points)
 }
 
 std::uint32_t
-ElevationRows::nextRow(const Eigen::Vector3d& point)
+ElevationRows::nextRow(double slope)
 {
-  const double square = point.x() * point.x() + point.y() * point.y();
-  const double slope = point.z() / std::max(std::sqrt(square), 1e-9);
   // Lasers mostly fire in the same order.
   const std::uint32_t guess = next_rows_[last_row_];
   if (slope < ends_[guess] && (guess == 0 || slope >= ends_[guess - 1]))

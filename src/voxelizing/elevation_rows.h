@@ -18,10 +18,11 @@ public:
   /** \brief Learns the elevations.
    * \param[in] points of a cloud, some thousands are enough; in the coordinates of the
    * sensor, metres
-   * \return false if they are not at a few ones
+   * \param[in] least_points that are not near, for there to be rows
+   * \return false if they are not at a few ones, and there are no rows
    */
   bool
-  learn(const std::vector<Eigen::Vector3d>& points);
+  learn(const std::vector<Eigen::Vector3d>& points, std::size_t least_points);
 
   /** \brief Number of rows; 0 before learn() found some. */
   std::uint32_t
@@ -31,9 +32,10 @@ public:
   }
 
   /** \brief The row of the next point of a cloud, the lowest one being 0: that of the
-   * nearest elevation. */
+   * nearest elevation.
+   * \param[in] slope of the point: height over the distance from the axis */
   std::uint32_t
-  nextRow(const Eigen::Vector3d& point);
+  nextRow(double slope);
 
 private:
   std::vector<double> ends_; // slopes between the rows; the last one is infinite

@@ -42,16 +42,20 @@ SensorRows::findRings(const WorldPose& to_sensor, bool may_refit, SensorCloud& c
   };
   if (may_refit || elevations_.count() == 0) {
     constexpr std::size_t enough = 16384;
+    constexpr std::size_t least_points = 1024;
     std::vector<Eigen::Vector3d> points;
     for (std::size_t point = 0; point < cloud.size(); ++point)
       if (isChosen(point, cloud.size(), enough))
         points.emplace_back(in_sensor(cloud.positions[point]));
-    if (!elevations_.learn(points))
+    if (!elevations_.learn(points, least_points))
       return false;
   }
   cloud.rings.resize(cloud.size());
-  for (std::size_t point = 0; point < cloud.size(); ++point)
-    cloud.rings[point] = elevations_.nextRow(in_sensor(cloud.positions[point]));
+  for (std::size_t point = 0; point < cloud.size(); ++point) {
+    const Eigen::Vector3d at = in_sensor(cloud.positions[point]);
+    cloud.rings[point] =
+        elevations_.nextRow(at.z() / std::max(at.head<2>().norm(), 1e-9));
+  }
   return true;
 }
 
