@@ -1,6 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/lidar_image.h"
 
+#include "voxelizing/point_batches.h"
+#include "voxelizing/robust_fit.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -31,6 +34,15 @@ turnOf(float x, float y)
   const float quarter = std::abs(y) > std::abs(x) ? 0.25f - eighth : eighth;
   const float half = x < 0.0f ? 0.5f - quarter : quarter;
   return 0.5f + (y < 0.0f ? -half : half);
+}
+
+/** \brief Whether a point hides another one in its direction: the nearer one, or the
+ * first. */
+bool
+isBefore(const std::vector<LidarPoint>& points, std::uint32_t one, std::uint32_t other)
+{
+  const float range = points[one].range;
+  return range < points[other].range || (range == points[other].range && one < other);
 }
 
 bool
@@ -94,23 +106,18 @@ void
 LidarImage::readPoints(const io::PointView& points)
 {
   points_.assign(points.count, LidarPoint());
-  const auto read_all = [&](const auto* point) {
-    for (std::size_t i = 0; i < points.count;
-         ++i, point = io::detail::atOffset(point, points.coordinate_stride)) {
-      const auto x = static_cast<float>(point[0]);
-      const auto y = static_cast<float>(point[1]);
-      const auto z = static_cast<float>(point[2]);
-      const float from_axis = std::sqrt(x * x + y * y);
-      const float range = std::sqrt(x * x + y * y + z * z);
-      // NaN and points on the axis have no direction.
-      if (from_axis > 1e-6f && range < 1e6f)
-        points_[i] = {range, turnOf(x, y), z / from_axis};
-    }
-  };
-  if (points.double_coordinates != nullptr)
-    read_all(points.double_coordinates);
-  else
-    read_all(points.coordinates);
+  auto direction = points_.begin();
+  io::visitPoints(points, [&direction](const auto* point) {
+    const auto x = static_cast<float>(point[0]);
+    const auto y = static_cast<float>(point[1]);
+    const auto z = static_cast<float>(point[2]);
+    const float from_axis = std::sqrt(x * x + y * y);
+    const float range = std::sqrt(x * x + y * y + z * z);
+    // NaN and points on the axis have no direction.
+    if (from_axis > 1e-6f && range < 1e6f)
+      *direction = {range, turnOf(x, y), z / from_axis};
+    ++direction;
+  });
 }
 
 /** \brief Finds how many columns a turn has, by the distance of neighbours in some of
@@ -125,20 +132,10 @@ LidarImage::findWidth()
     if (const std::uint32_t row = rows_.ofPoints()[i];
         row != no_row && row % every == 0)
       azimuths[row / every].push_back(points_[i].azimuth);
-  constexpr float least_step = 1.0f / most_columns;
-  std::vector<float> steps;
-  for (std::vector<float>& row : azimuths) {
-    std::sort(row.begin(), row.end());
-    for (std::size_t i = 1; i < row.size(); ++i)
-      if (row[i] - row[i - 1] > least_step)
-        steps.push_back(row[i] - row[i - 1]);
-  }
-  if (steps.empty())
+  const float step = io::stepOfNeighbours(azimuths, 1.0f / most_columns);
+  if (step == 0.0f)
     return;
-  // Missing points leave larger steps.
-  const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
-  std::nth_element(steps.begin(), low, steps.end());
-  const auto columns = static_cast<std::uint32_t>(std::lround(1.0f / *low));
+  const auto columns = static_cast<std::uint32_t>(std::lround(1.0f / step));
   width_ = columns < least_columns ? 0 : columns;
 }
 
@@ -181,6 +178,7 @@ LidarImage::sortByDirection()
 void
 LidarImage::placeRow(std::uint32_t row)
 {
+  constexpr float same_direction = 0.125f; // columns
   placed_.clear();
   columns_.clear();
   repetitions_.clear();
@@ -192,9 +190,11 @@ LidarImage::placeRow(std::uint32_t row)
     for (std::uint32_t i = begin; i < end; ++i) {
       const std::uint32_t point = sorted_[i];
       if (!placed_.empty() &&
-          isSameDirection(points_[point], points_[placed_.back()])) {
+          std::abs(points_[point].azimuth - points_[placed_.back()].azimuth) *
+                  static_cast<float>(width_) <
+              same_direction) {
         repetitions_.push_back({point, static_cast<std::uint32_t>(placed_.size() - 1)});
-        if (isBefore(point, placed_.back()))
+        if (isBefore(points_, point, placed_.back()))
           std::swap(placed_.back(), repetitions_.back().point);
       }
       else
@@ -216,28 +216,6 @@ LidarImage::placeRow(std::uint32_t row)
   for (const Repetition& repetition : repetitions_)
     if (isSameRange(points_[repetition.point], points_[placed_[repetition.of]]))
       pixels_[repetition.point] = pixels_[placed_[repetition.of]];
-}
-
-bool
-LidarImage::isBefore(std::uint32_t one, std::uint32_t other) const
-{
-  return points_[one].range < points_[other].range ||
-         (points_[one].range == points_[other].range && one < other);
-}
-
-bool
-LidarImage::isSameDirection(const LidarPoint& one, const LidarPoint& other) const
-{
-  return std::abs(one.azimuth - other.azimuth) * static_cast<float>(width_) < 0.125f;
-}
-
-void
-LidarImage::reset()
-{
-  rows_.reset();
-  width_ = 0;
-  failures_ = 0;
-  skipped_ = 0;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI

@@ -52,10 +52,6 @@ public:
     return pixels_;
   }
 
-  /** \brief Forgets what is known of earlier clouds. */
-  void
-  reset();
-
 private:
   /** \brief A point in the place of another one. */
   struct Repetition {
@@ -77,12 +73,6 @@ private:
 
   void
   placeRow(std::uint32_t row);
-
-  bool
-  isBefore(std::uint32_t one, std::uint32_t other) const;
-
-  bool
-  isSameDirection(const LidarPoint& one, const LidarPoint& other) const;
 
   std::vector<LidarPoint> points_;
   LidarRows rows_;

@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "outliers/lidar_rows.h"
 
+#include "voxelizing/point_batches.h"
 #include "voxelizing/ring_field.h"
 #include "voxelizing/robust_fit.h"
 
@@ -9,9 +10,7 @@
 #include <bitset>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
-#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI {
 
@@ -31,33 +30,26 @@ sineOf(float slope)
   return exact / std::sqrt(1.0 + exact * exact);
 }
 
-/** \brief The squares of the differences of sines of elevations from their mean. */
-class MeanSine {
-public:
+/** \brief Sums of some sines of elevations. */
+struct SineSums {
+  double count = 0.0;
+  double sum = 0.0;
+  double of_squares = 0.0;
+
   void
   add(double sine)
   {
-    count_ += 1.0;
-    sum_ += sine;
-    sum_of_squares_ += sine * sine;
+    count += 1.0;
+    sum += sine;
+    of_squares += sine * sine;
   }
 
+  /** \brief Sum of the squares of the differences from the mean. */
   double
-  count() const
+  deviations() const
   {
-    return count_;
+    return count > 0.0 ? of_squares - sum * sum / count : 0.0;
   }
-
-  double
-  squares() const
-  {
-    return count_ > 0.0 ? sum_of_squares_ - sum_ * sum_ / count_ : 0.0;
-  }
-
-private:
-  double count_ = 0.0;
-  double sum_ = 0.0;
-  double sum_of_squares_ = 0.0;
 };
 
 } // namespace
@@ -109,7 +101,8 @@ LidarRows::readRows(Source source,
                     const io::PointView& points,
                     const std::vector<LidarPoint>& directions)
 {
-  const std::optional<std::size_t> ring = io::findRing(points.fields);
+  const std::optional<std::size_t> ring =
+      io::findRing(io::SingleBatch(points).fields());
   switch (source) {
   case Source::Image:
     return points.image.width > 1 && points.image.height > 1 && readImage(points);
@@ -137,9 +130,9 @@ LidarRows::areCones(Source source, const std::vector<LidarPoint>& directions) co
   // Of that of all rows.
   constexpr double most_variance_of_row = 0.25;
   constexpr double most_variance_of_part = 0.01;
-  std::vector<MeanSine> sines(count_);
+  std::vector<SineSums> sines(count_);
   std::vector<std::bitset<bins>> are_seen(count_);
-  MeanSine of_all;
+  SineSums of_all;
   for (std::size_t i = 0; i < directions.size(); ++i)
     if (const std::uint32_t row = rows_[i]; row != no_row) {
       are_seen[row].set(static_cast<std::uint32_t>(directions[i].azimuth * bins) %
@@ -152,17 +145,17 @@ LidarRows::areCones(Source source, const std::vector<LidarPoint>& directions) co
   double of_wide_rows = 0.0;
   double of_very_wide_rows = 0.0;
   for (std::uint32_t row = 0; row < count_; ++row) {
-    in_rows += sines[row].squares();
-    of_wide_rows += are_seen[row].count() >= least_bins ? sines[row].count() : 0.0;
-    of_very_wide_rows += are_seen[row].count() >= many_bins ? sines[row].count() : 0.0;
+    in_rows += sines[row].deviations();
+    of_wide_rows += are_seen[row].count() >= least_bins ? sines[row].count : 0.0;
+    of_very_wide_rows += are_seen[row].count() >= many_bins ? sines[row].count : 0.0;
   }
-  const double half = 0.5 * of_all.count();
+  const double half = 0.5 * of_all.count;
   const bool is_ring = source == Source::Ring;
   const double most_variance = is_ring || of_very_wide_rows >= half
                                    ? most_variance_of_row
                                    : most_variance_of_part;
-  return (is_ring || of_wide_rows >= half) && of_all.squares() > 0.0 &&
-         in_rows <= most_variance * of_all.squares();
+  return (is_ring || of_wide_rows >= half) && of_all.deviations() > 0.0 &&
+         in_rows <= most_variance * of_all.deviations();
 }
 
 bool
@@ -217,13 +210,14 @@ LidarRows::findByElevation(const std::vector<LidarPoint>& directions)
   // The first cloud may have few of the rows.
   if (elevation_rows_.count() == 0 ||
       count > elevation_points_ + elevation_points_ / 4) {
-    constexpr std::size_t enough = 32768;
+    constexpr std::size_t enough = 16384;
     std::vector<Eigen::Vector3d> points;
     for (std::size_t i = 0; i < directions.size(); ++i)
       if (const LidarPoint& point = directions[i];
           point.range > 0.0f && io::isChosen(i, directions.size(), enough)) {
-        const double slope = point.slope;
-        const double distance = point.range / std::sqrt(1.0 + slope * slope);
+        const auto slope = static_cast<double>(point.slope);
+        const double distance =
+            static_cast<double>(point.range) / std::sqrt(1.0 + slope * slope);
         points.emplace_back(distance, 0.0, slope * distance);
       }
     io::ElevationRows rows;

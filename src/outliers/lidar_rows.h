@@ -46,16 +46,6 @@ public:
     return rows_;
   }
 
-  /** \brief Forgets what is known of earlier clouds. */
-  void
-  reset()
-  {
-    elevation_rows_ = io::ElevationRows();
-    source_ = Source::None;
-    checked_rows_ = 0;
-    ranks_.clear();
-  }
-
 private:
   /** \brief What rows are told by. */
   enum class Source { None, Image, Ring, Elevations, Turns };

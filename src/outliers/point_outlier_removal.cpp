@@ -30,7 +30,7 @@ public:
   void
   reset()
   {
-    image_.reset();
+    image_ = LidarImage();
     continuity_.reset();
   }
 

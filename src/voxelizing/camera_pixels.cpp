@@ -33,14 +33,6 @@ constexpr double farthest_from_pixels = 0.18;
  * beside those of the first one. */
 constexpr double margin = 0.125;
 
-double
-medianOf(std::vector<double>& numbers)
-{
-  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
-  std::nth_element(numbers.begin(), middle, numbers.end());
-  return *middle;
-}
-
 /** \brief Makes a step exact, as of pairs ever farther apart it is known how many steps
  * they are apart.
  * \param[in] for_each_pair calls back with the difference of each pair of numbers that
@@ -107,18 +99,15 @@ constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 
 } // namespace
 
-/** \brief The points of a cloud in the coordinates of the camera. */
-class CameraPixels::Points {
-public:
-  Points(const std::vector<std::array<double, 3>>& positions,
-         const WorldPose& to_sensor)
-  : positions_(positions), to_sensor_(to_sensor.matrix())
-  {}
+/** \brief The points of a cloud, and how to move them to the camera. */
+struct CameraPixels::Points {
+  const std::vector<std::array<double, 3>>& positions;
+  Eigen::Matrix4d to_sensor;
 
   std::size_t
   size() const
   {
-    return positions_.size();
+    return positions.size();
   }
 
   /** \brief Whether a point is at the sensor, as drivers write missing ones. */
@@ -129,17 +118,14 @@ public:
         {coordinate(point, 0), coordinate(point, 1), coordinate(point, 2)});
   }
 
+  /** \brief Of a point in the coordinates of the camera. */
   double
   coordinate(std::size_t point, int axis) const
   {
-    const std::array<double, 3>& at = positions_[point];
-    return to_sensor_(axis, 0) * at[0] + to_sensor_(axis, 1) * at[1] +
-           to_sensor_(axis, 2) * at[2] + to_sensor_(axis, 3);
+    const std::array<double, 3>& at = positions[point];
+    return to_sensor(axis, 0) * at[0] + to_sensor(axis, 1) * at[1] +
+           to_sensor(axis, 2) * at[2] + to_sensor(axis, 3);
   }
-
-private:
-  const std::vector<std::array<double, 3>>& positions_;
-  Eigen::Matrix4d to_sensor_;
 };
 
 bool
@@ -148,14 +134,16 @@ CameraPixels::find(const std::vector<std::array<double, 3>>& positions,
                    bool may_refit,
                    std::vector<std::uint32_t>& pixels)
 {
-  const Points points(positions, to_sensor);
+  const Points points{positions, to_sensor.matrix()};
   const bool has_steps = columns_.count > 0;
   if (has_steps && assign(points, pixels))
     return true;
-  if ((may_refit || has_steps) && fit(points, pixels))
-    return true;
-  columns_.count = 0;
-  return false;
+  if (!(may_refit || has_steps) || !fit(points, pixels))
+    columns_.count = 0;
+  // Fits are rare, so that their memory is not kept.
+  along_row_ = std::vector<double>();
+  along_column_ = std::vector<double>();
+  return columns_.count > 0;
 }
 
 /** \brief Finds depth, rows and columns among the axes. */
@@ -215,14 +203,14 @@ CameraPixels::hasRowsOfSteps()
       across.push_back(std::abs(along_column_[i] - along_column_[i - 1]));
       along.push_back(along_row_[i] - along_row_[i - 1]);
     }
-  const double step = medianOf(along);
+  const double step = quantileOf(along);
   const auto of_a_step =
       std::count_if(along.begin(), along.end(), [&](double distance) {
         return std::abs(distance - step) < 0.6 * std::abs(step);
       });
   columns_.step = step;
   return step != 0.0 && 2 * static_cast<std::size_t>(of_a_step) > along.size() &&
-         medianOf(across) < 0.5 * std::abs(step);
+         quantileOf(across) < 0.5 * std::abs(step);
 }
 
 /** \brief Finds the columns, whose step is known roughly. */
@@ -272,7 +260,7 @@ CameraPixels::findRows()
   for (std::size_t row = 1; row < slopes.size(); ++row)
     steps.push_back(slopes[row] - slopes[row - 1]);
   double& step = rows_.step;
-  step = medianOf(steps);
+  step = quantileOf(steps);
   // Pixels are hardly ever longer than wide.
   const double ratio = std::abs(step / columns_.step);
   if (!(ratio > 0.25 && ratio < 4.0))
@@ -341,13 +329,6 @@ CameraPixels::nearestPixel(const Points& points, std::size_t point, double& off)
   const auto row = static_cast<std::uint32_t>(down);
   off += std::abs(right - column - 0.5) + std::abs(down - row - 0.5);
   return row * columns_.count + column;
-}
-
-void
-CameraPixels::releaseMemory()
-{
-  along_row_ = std::vector<double>();
-  along_column_ = std::vector<double>();
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

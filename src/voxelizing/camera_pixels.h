@@ -36,9 +36,6 @@ public:
     return {columns_.count, rows_.count};
   }
 
-  void
-  releaseMemory();
-
 private:
   /** \brief The slopes of the pixels along one side of an image. */
   struct Side {
@@ -49,7 +46,7 @@ private:
     std::uint32_t count = 0; ///< of pixels; 0: unknown
   };
 
-  class Points;
+  struct Points;
 
   bool
   fit(const Points& points, std::vector<std::uint32_t>& pixels);
@@ -76,7 +73,7 @@ private:
   double depth_sign_ = 1.0;
   Side columns_;
   Side rows_;
-  // Slopes of the points that are fitted to.
+  // Slopes of the points that are fitted to, within find().
   std::vector<double> along_row_;
   std::vector<double> along_column_;
 };

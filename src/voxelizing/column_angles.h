@@ -74,9 +74,7 @@ public:
       std::vector<double>& off = off_of_rows_[row];
       if (off.empty())
         continue;
-      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-      std::nth_element(off.begin(), middle, off.end());
-      const double turn = *middle;
+      const double turn = quantileOf(off);
       rows[row].angle += turn;
       most = std::max(most, turn);
       least = std::min(least, turn);

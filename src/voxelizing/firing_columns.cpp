@@ -73,31 +73,32 @@ chainFrom(std::uint32_t first, const Followers& followers)
 
 } // namespace
 
-void
-FiringColumns::learn(const std::vector<std::uint32_t>& rows, std::uint32_t row_count)
+Ranks
+firingRanks(const std::vector<std::uint32_t>& rows, std::uint32_t row_count)
 {
   const Followers followers = followersOf(rows, row_count);
-  ranks_.resize(row_count);
-  std::iota(ranks_.begin(), ranks_.end(), 0u);
-  std::size_t fewest = countColumns(followers, ranks_);
+  Ranks best(row_count);
+  std::iota(best.begin(), best.end(), 0u);
+  std::size_t fewest = countColumns(followers, best);
   const auto use = [&](const Ranks& ranks) {
     const std::size_t columns = countColumns(followers, ranks);
     if (columns < fewest) {
       fewest = columns;
-      ranks_ = ranks;
+      best = ranks;
     }
   };
-  use(Ranks(ranks_.rbegin(), ranks_.rend()));
+  use(Ranks(best.rbegin(), best.rend()));
   for (std::uint32_t first = 0; first < row_count; ++first)
     use(chainFrom(first, followers));
+  return best;
 }
 
 std::vector<std::uint32_t>
-FiringColumns::columnsOf(const std::vector<std::uint32_t>& rows) const
+firingColumns(const std::vector<std::uint32_t>& rows, const Ranks& ranks)
 {
   std::vector<std::uint32_t> columns(rows.size());
   for (std::size_t i = 1; i < rows.size(); ++i)
-    columns[i] = columns[i - 1] + (ranks_[rows[i]] <= ranks_[rows[i - 1]] ? 1 : 0);
+    columns[i] = columns[i - 1] + (ranks[rows[i]] <= ranks[rows[i - 1]] ? 1 : 0);
   return columns;
 }
 

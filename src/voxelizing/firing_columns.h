@@ -8,33 +8,21 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
-/** \brief Finds the columns of a spinning sensor whose points come as it fires its
- * lasers, one of each row after the other. Points in the order of columns, and of ranks
- * within each, are then in the order of the cloud. */
-class FiringColumns {
-public:
-  /** \brief Learns in which order the rows are fired.
-   * \param[in] rows of the points, below row_count
-   */
-  void
-  learn(const std::vector<std::uint32_t>& rows, std::uint32_t row_count);
+/** \brief Learns in which order a spinning sensor fires its lasers, one of each row after
+ * the other: that of the rows of its points.
+ * \param[in] rows of the points, below row_count
+ * \return place of each row within a column
+ */
+std::vector<std::uint32_t>
+firingRanks(const std::vector<std::uint32_t>& rows, std::uint32_t row_count);
 
-  /** \brief Finds the column of each point.
-   * \param[in] rows of the points, below that of learn()
-   * \return columns of the points, ascending by at most 1
-   */
-  std::vector<std::uint32_t>
-  columnsOf(const std::vector<std::uint32_t>& rows) const;
-
-  /** \brief Place of each row within a column. */
-  const std::vector<std::uint32_t>&
-  ranks() const
-  {
-    return ranks_;
-  }
-
-private:
-  std::vector<std::uint32_t> ranks_;
-};
+/** \brief Finds the columns of points that come as lasers are fired. By these, and by
+ * ranks within each, they are then in the order of the cloud.
+ * \param[in] rows of the points, below the number of ranks
+ * \return columns of the points, ascending by at most 1
+ */
+std::vector<std::uint32_t>
+firingColumns(const std::vector<std::uint32_t>& rows,
+              const std::vector<std::uint32_t>& ranks);
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

@@ -27,17 +27,8 @@ public:
   /** \param[in] threads most of them, at least 1 */
   explicit ParallelCollector(unsigned int threads) : threads_(threads), parts_(1) {}
 
-  /** \brief Collects the usable points.
-   * \param[in] points the cloud
-   * \param[in] locator computes their voxels
-   * \param[in] fields what is collected besides the number of points
-   * \param[in] is_sparse the cloud is known to have few points per block of voxels
-   * \param[out] keys Morton keys of the voxels, strictly ascending; valid with
-   * AllPoints, as all that follows
-   * \param[out] sums of the points in each voxel
-   * \return TooSparse: to be called again with is_sparse; PointOutsideGrid: a usable
-   * point is outside the locator's grid. In both cases reset() is required first.
-   */
+  /** \brief As VoxelCollector::collect() and, with AllPoints, writeVoxels(). What
+   * follows is valid then. */
   CollectionResult
   collect(PointBatches& points,
           const VoxelLocator& locator,

@@ -4,34 +4,22 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include "voxelizing/ray_fit.h"
-#include "voxelizing/scan_columns.h"
 #include "voxelizing/sensor_cloud.h"
 #include "voxelizing/spinning_fit.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
-inline Eigen::Vector3d
-vectorOf(const std::array<double, 3>& position)
-{
-  return {position[0], position[1], position[2]};
-}
-
 /** \brief The points of a cloud as points of pixels. */
 class PixelPoints {
 public:
-  PixelPoints(const SensorCloud& cloud,
-              const ScanColumns& columns,
-              const WorldPose& pose)
-  : cloud_(cloud)
-  , columns_(columns)
-  , missing_(pose.translation())
-  , to_sensor_(pose.inverse())
+  /** \param[in] cloud with pixels */
+  PixelPoints(const SensorCloud& cloud, const WorldPose& pose)
+  : cloud_(cloud), missing_(pose.translation()), to_sensor_(pose.inverse())
   {}
 
   /** \brief Where missing points are, if not at the sensor; in world coordinates. */
@@ -44,14 +32,13 @@ public:
   std::uint32_t
   rowOf(std::size_t point) const
   {
-    return hasRings() ? cloud_.rings[point] : cloud_.pixels[point] / cloud_.image.width;
+    return cloud_.pixels[point] / cloud_.columns;
   }
 
   std::uint32_t
   columnOf(std::size_t point) const
   {
-    return hasRings() ? columns_.columns()[point]
-                      : cloud_.pixels[point] % cloud_.image.width;
+    return cloud_.pixels[point] % cloud_.columns;
   }
 
   /** \brief In the coordinates of the sensor. */
@@ -97,19 +84,12 @@ public:
 
 private:
   bool
-  hasRings() const
-  {
-    return cloud_.image.width == 0;
-  }
-
-  bool
   isMissing(std::size_t point) const
   {
     return isAtSensor(vectorOf(cloud_.positions[point]) - missing_);
   }
 
   const SensorCloud& cloud_;
-  const ScanColumns& columns_;
   Eigen::Vector3d missing_;
   WorldPose to_sensor_;
 };

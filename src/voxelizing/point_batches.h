@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
+#include <pcl_ext/compression/voxel_grid.h>
 #include <pcl_ext/status.h>
 
 #include <algorithm>
@@ -132,6 +133,19 @@ isFinite(const NumberT* point)
   return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
+/** \brief True if x, y and z are in a box; they are not where one is NaN. */
+template <typename NumberT>
+bool
+isInside(const BoundingBox& box, const NumberT* point)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto coordinate = static_cast<double>(point[axis]);
+    if (!(coordinate >= box.min[axis] && coordinate <= box.max[axis]))
+      return false;
+  }
+  return true;
+}
+
 /** \brief Calls a function with a pointer to x of every point, a float or a double. */
 template <typename VisitT>
 void
@@ -158,42 +172,39 @@ visitPoints(PointBatches& batches, VisitT&& visit)
     visitPoints(points, visit);
 }
 
-/** \brief The lowest and the highest coordinates of the finite points of a cloud. */
+/** \brief The lowest and the highest coordinates of some points; of none lowest is above
+ * highest. */
 struct CoordinateEnds {
   std::array<double, 3> lowest;
   std::array<double, 3> highest;
+
+  CoordinateEnds()
+  {
+    lowest.fill(std::numeric_limits<double>::max());
+    highest.fill(std::numeric_limits<double>::lowest());
+  }
+
+  /** \brief Adds a finite point. */
+  template <typename NumberT>
+  void
+  add(const NumberT* point)
+  {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto coordinate = static_cast<double>(point[axis]);
+      lowest[axis] = std::min(lowest[axis], coordinate);
+      highest[axis] = std::max(highest[axis], coordinate);
+    }
+  }
 };
 
-/** \brief The ends of no points: lowest is above highest. */
-inline CoordinateEnds
-noEnds()
-{
-  CoordinateEnds ends;
-  ends.lowest.fill(std::numeric_limits<double>::max());
-  ends.highest.fill(std::numeric_limits<double>::lowest());
-  return ends;
-}
-
-/** \brief Adds a finite point. */
-template <typename NumberT>
-void
-addPoint(const NumberT* point, CoordinateEnds& ends)
-{
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto coordinate = static_cast<double>(point[axis]);
-    ends.lowest[axis] = std::min(ends.lowest[axis], coordinate);
-    ends.highest[axis] = std::max(ends.highest[axis], coordinate);
-  }
-}
-
-/** \brief Finds them; where no point is finite, lowest is above highest. */
+/** \brief The ends of the finite points of a cloud. */
 inline CoordinateEnds
 coordinateEnds(PointBatches& batches)
 {
-  CoordinateEnds ends = noEnds();
+  CoordinateEnds ends;
   visitPoints(batches, [&ends](const auto* point) {
     if (isFinite(point))
-      addPoint(point, ends);
+      ends.add(point);
   });
   return ends;
 }

@@ -66,6 +66,7 @@ fitPlanar(const std::vector<PixelPoint>& points, int axis, double sign, double& 
     rays.plane.row(other) = fitRobustly(features, slopes, slope_error).transpose();
     error += slope_error;
   }
+  rays.depth_step = stepOf(depths);
   error *= medianSize(depths);
   return rays;
 }
@@ -148,15 +149,11 @@ fitPlanar(const std::vector<PixelPoint>& points)
     if (ahead.size() < 16 || 10 * ahead.size() < 9 * points.size())
       continue;
     double error = 0.0;
-    PlanarFit rays = fitPlanar(ahead, axis, sign, error);
-    if (!(error < best_error))
-      continue;
-    best_error = error;
-    std::vector<double> depths;
-    for (const PixelPoint& point : ahead)
-      depths.push_back(sign * point.position[axis]);
-    rays.depth_step = stepOf(depths);
-    best = rays;
+    const PlanarFit rays = fitPlanar(ahead, axis, sign, error);
+    if (error < best_error) {
+      best_error = error;
+      best = rays;
+    }
   }
   return best;
 }
@@ -168,22 +165,17 @@ fitPlanarAnywhere(const std::vector<PixelPoint>& points)
   if (points.size() < least_points)
     return std::nullopt;
   // Numbers about 1, as the equations are of squares.
-  const auto count = static_cast<double>(points.size());
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const PixelPoint& point : points)
-    middle += point.position / count;
-  double extent = 0.0;
-  double pixels = 1.0;
-  for (const PixelPoint& point : points) {
-    extent += (point.position - middle).norm() / count;
-    pixels = std::max({pixels, double(point.column), double(point.row)});
-  }
-  if (!(extent > 0.0))
+  const Extent extent(points);
+  if (!(extent.mean_distance > 0.0))
     return std::nullopt;
+  double pixels = 1.0;
+  for (const PixelPoint& point : points)
+    pixels = std::max({pixels, double(point.column), double(point.row)});
   std::vector<ProjectedPoint> projected;
   for (const PixelPoint& point : points)
-    projected.push_back({((point.position - middle) / extent).homogeneous(),
-                         {point.column / pixels, point.row / pixels}});
+    projected.push_back(
+        {((point.position - extent.middle) / extent.mean_distance).homogeneous(),
+         {point.column / pixels, point.row / pixels}});
   Projection projection;
   std::vector<double> errors(points.size());
   double most = std::numeric_limits<double>::infinity();
@@ -197,8 +189,8 @@ fitPlanarAnywhere(const std::vector<PixelPoint>& points)
     most = 4.0 * medianSize(sizes);
   }
   projection.topRows<2>() *= pixels;
-  projection.leftCols<3>() /= extent;
-  projection.col(3) -= projection.leftCols<3>() * middle;
+  projection.leftCols<3>() /= extent.mean_distance;
+  projection.col(3) -= projection.leftCols<3>() * extent.middle;
   return raysOf(projection, points);
 }
 

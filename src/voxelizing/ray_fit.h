@@ -29,6 +29,21 @@ isAtSensor(const Eigen::Vector3d& from_sensor)
   return from_sensor.squaredNorm() < 1e-12;
 }
 
+/** \brief Where points are, and how far from there, metres. */
+struct Extent {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  double mean_distance = 0.0;
+
+  explicit Extent(const std::vector<PixelPoint>& points)
+  {
+    const auto count = static_cast<double>(points.size());
+    for (const PixelPoint& point : points)
+      middle += point.position / count;
+    for (const PixelPoint& point : points)
+      mean_distance += (point.position - middle).norm() / count;
+  }
+};
+
 /** \brief Rays of a row of a spinning sensor, in its coordinates; see scan::RayRow. */
 struct RowFit {
   double angle = 0.0; ///< radians

@@ -111,21 +111,7 @@ RingColumns::findStep(const std::vector<PixelPoint>& points, std::uint32_t rows)
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].row % every == 0)
       azimuths[points[i].row / every].push_back(azimuths_[i]);
-  // Two echoes in a direction are not apart.
-  constexpr double least_step = two_pi / scan::most_side;
-  std::vector<double> steps;
-  for (std::vector<double>& row : azimuths) {
-    std::sort(row.begin(), row.end());
-    for (std::size_t i = 1; i < row.size(); ++i)
-      if (row[i] - row[i - 1] > least_step)
-        steps.push_back(row[i] - row[i - 1]);
-  }
-  if (steps.empty())
-    return 0.0;
-  // Missing points leave larger steps.
-  const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4);
-  std::nth_element(steps.begin(), low, steps.end());
-  return *low;
+  return stepOfNeighbours(azimuths, two_pi / scan::most_side);
 }
 
 /** \brief Finds the number of columns of a turn, near that of a step, with which the

@@ -19,29 +19,13 @@ namespace pcl_ext::PCL_EXT_ABI::io {
  * there is counts. */
 inline constexpr std::array<const char*, 3> ring_names = {"ring", "channel", "line"};
 
-inline const FieldDescription&
-descriptionOf(const FieldDescription& field)
-{
-  return field;
-}
-
-inline const FieldDescription&
-descriptionOf(const FieldView& field)
-{
-  return field.description;
-}
-
-/** \brief The index of the field of rows.
- * \tparam FieldT FieldDescription or FieldView
- */
-template <typename FieldT>
-std::optional<std::size_t>
-findRing(const std::vector<FieldT>& fields)
+/** \brief The index of the field of rows. */
+inline std::optional<std::size_t>
+findRing(const std::vector<FieldDescription>& fields)
 {
   for (const char* const name : ring_names)
     for (std::size_t i = 0; i < fields.size(); ++i)
-      if (descriptionOf(fields[i]).name == name &&
-          descriptionOf(fields[i]).count == 1 && isField(descriptionOf(fields[i])))
+      if (fields[i].name == name && fields[i].count == 1 && isField(fields[i]))
         return i;
   return std::nullopt;
 }

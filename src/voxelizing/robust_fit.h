@@ -28,6 +28,38 @@ medianSize(std::vector<double>& values)
   return std::abs(*middle);
 }
 
+/** \brief The number that one part of some numbers is below; of two it is the median.
+ * \param[in,out] numbers finite, not empty; are reordered
+ */
+template <typename NumberT>
+NumberT
+quantileOf(std::vector<NumberT>& numbers, std::size_t parts = 2)
+{
+  const auto place =
+      numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / parts);
+  std::nth_element(numbers.begin(), place, numbers.end());
+  return *place;
+}
+
+/** \brief How far the azimuths of most neighbours in a row are apart; 0: there are none.
+ * \param[in,out] rows azimuths of each row, in any unit; are sorted
+ * \param[in] least_step nearer ones are echoes in one direction
+ */
+template <typename NumberT>
+NumberT
+stepOfNeighbours(std::vector<std::vector<NumberT>>& rows, NumberT least_step)
+{
+  std::vector<NumberT> steps;
+  for (std::vector<NumberT>& row : rows) {
+    std::sort(row.begin(), row.end());
+    for (std::size_t i = 1; i < row.size(); ++i)
+      if (row[i] - row[i - 1] > least_step)
+        steps.push_back(row[i] - row[i - 1]);
+  }
+  // Missing points leave larger steps.
+  return steps.empty() ? NumberT{0} : quantileOf(steps, 4);
+}
+
 /** \brief The largest number in the place of one that is not finite, which has no
  * order. */
 inline double

@@ -2,9 +2,7 @@
 #include "voxelizing/scan_collector.h"
 
 #include "codec/frame_limits.h"
-#include "voxelizing/coordinate_phase.h"
-#include "voxelizing/point_period.h"
-#include "voxelizing/robust_fit.h"
+#include "voxelizing/free_points.h"
 #include "voxelizing/scan_locator.h"
 
 #include <algorithm>
@@ -80,10 +78,10 @@ ScanCollector::collect(PointBatches& points,
   scan.grid = grid_.grid();
   scan.is_on_lattice = grid_.hasStep();
   was_free_ = scan.rays.shape == scan::RayShape::Free;
-  if (!locateOnRays(fields, sensor_pose, is_i_frame_due, scan) &&
-      !locateFree(fields, sensor_pose, is_i_frame_due, scan)) {
-    const bool has_many =
-        std::max(cloud_.pixelCount(), cloud_.size()) > mostPixels(fields);
+  most_pixels_ = mostPixels(fields);
+  if (!locateOnRays(sensor_pose, is_i_frame_due, scan) &&
+      !locateFree(sensor_pose, is_i_frame_due, scan)) {
+    const bool has_many = std::max(cloud_.pixelCount(), cloud_.size()) > most_pixels_;
     status =
         orderStatus(has_many ? "it has more pixels than decoders take"
                              : "its points are 2^26 edges or more from each other: "
@@ -139,8 +137,7 @@ ScanCollector::mostPixels(const FieldCollector& fields) const
 
 /** \brief Puts the points on rays, if they have rows and columns and there are rays. */
 bool
-ScanCollector::locateOnRays(const FieldCollector& fields,
-                            const WorldPose& sensor_pose,
+ScanCollector::locateOnRays(const WorldPose& sensor_pose,
                             bool is_i_frame_due,
                             scan::ScanFrame& scan)
 {
@@ -153,7 +150,7 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
     return false;
   }
   const ImageSize size_of_cloud = cloud_.image;
-  if (setLayout(fields, sensor_pose, is_i_frame_due, scan) &&
+  if (setLayout(sensor_pose, is_i_frame_due, scan) &&
       locate(sensor_pose, is_i_frame_due, scan)) {
     next_untried_ = 0;
     return true;
@@ -170,18 +167,14 @@ ScanCollector::locateOnRays(const FieldCollector& fields,
 
 /** \brief Sets the size and the order of a scan, and orders the points. */
 bool
-ScanCollector::setLayout(const FieldCollector& fields,
-                         const WorldPose& sensor_pose,
+ScanCollector::setLayout(const WorldPose& sensor_pose,
                          bool is_i_frame_due,
                          scan::ScanFrame& scan)
 {
-  const std::uint64_t most_pixels = mostPixels(fields);
   scan.row_shifts.clear();
   const bool is_organised = cloud_.image.width > 0;
   const bool has_rings = !is_organised && ScanColumns::areRows(cloud_.rings);
-  if (has_rings && !ring_rows_.number(is_i_frame_due, cloud_.rings))
-    return false;
-  if (!is_organised && !has_rings &&
+  if (!is_organised &&
       !rows_.find(rays_.poseOf(sensor_pose).inverse(), is_i_frame_due, cloud_))
     return false;
   if (cloud_.image.width > 0) {
@@ -190,9 +183,8 @@ ScanCollector::setLayout(const FieldCollector& fields,
     scan.order =
         is_organised ? scan::PointOrder::Organised : scan::PointOrder::RowByRow;
     scan.firing_order.clear();
-    if (scan.pixelCount() > most_pixels)
+    if (scan.pixelCount() > most_pixels_)
       return false;
-    pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
     // Columns that are found by azimuths are those of the sensor's pose.
@@ -202,12 +194,9 @@ ScanCollector::setLayout(const FieldCollector& fields,
     if (!columns_.find(cloud_,
                        rays_.poseOf(sensor_pose).inverse(),
                        is_i_frame_due,
-                       most_pixels,
+                       most_pixels_,
                        scan))
       return false;
-    pixels_.resize(cloud_.size());
-    for (std::size_t point = 0; point < cloud_.size(); ++point)
-      pixels_[point] = cloud_.rings[point] * scan.width + columns_.columns()[point];
   }
   if (!orderPoints(scan))
     return false;
@@ -220,8 +209,7 @@ ScanCollector::setLayout(const FieldCollector& fields,
  * \return false also if an I-frame would be needed that is not due
  */
 bool
-ScanCollector::locateFree(const FieldCollector& fields,
-                          const WorldPose& sensor_pose,
+ScanCollector::locateFree(const WorldPose& sensor_pose,
                           bool is_i_frame_due,
                           scan::ScanFrame& scan)
 {
@@ -235,7 +223,6 @@ ScanCollector::locateFree(const FieldCollector& fields,
     scan.order = scan::PointOrder::Organised;
     scan.width = cloud_.image.width;
     scan.height = cloud_.image.height;
-    pixels_.assign(cloud_.pixels.begin(), cloud_.pixels.end());
   }
   else {
     if (is_i_frame_due || !scan.isSequence())
@@ -244,13 +231,13 @@ ScanCollector::locateFree(const FieldCollector& fields,
     scan.order = scan::PointOrder::RowByRow;
     scan.width = period_ > 0 ? std::min(period_, count) : count;
     scan.height = (count + scan.width - 1) / scan.width;
-    pixels_.resize(count);
-    std::iota(pixels_.begin(), pixels_.end(), 0u);
+    cloud_.pixels.resize(count);
+    std::iota(cloud_.pixels.begin(), cloud_.pixels.end(), 0u);
   }
-  if (scan.pixelCount() > mostPixels(fields) || !orderPoints(scan))
+  if (scan.pixelCount() > most_pixels_ || !orderPoints(scan))
     return false;
   if (is_i_frame_due)
-    findPhases(scan);
+    phases_ = findPhases(cloud_.positions, scan.grid);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double edges = (sensor_pose.translation()[static_cast<Eigen::Index>(axis)] -
                           scan.grid.lowerCorner(axis)) /
@@ -266,34 +253,13 @@ ScanCollector::locateFree(const FieldCollector& fields,
   return isConsistent(scan) && locateAll(scan);
 }
 
-/** \brief Finds where in voxels the points are to be that are whole edges apart: in the
- * centres, unless coordinates are on a grid of their own. */
-void
-ScanCollector::findPhases(const scan::ScanFrame& scan)
-{
-  constexpr std::size_t enough = 512;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::vector<double> edges;
-    for (std::size_t point = 0; point < cloud_.size(); ++point) {
-      if (!isChosen(point, cloud_.size(), enough))
-        continue;
-      const double number =
-          (cloud_.positions[point][axis] - scan.grid.lowerCorner(axis)) /
-          scan.grid.resolution;
-      if (std::abs(number) < 0x1p26) // a scan reaches no further
-        edges.push_back(number);
-    }
-    phases_[axis] = coordinatePhase(edges);
-  }
-}
-
 /** \brief Puts all points on the rays of a scan, or where they are beside them. */
 bool
 ScanCollector::locateAll(scan::ScanFrame& scan) const
 {
   const bool may_turn = scan.rays.shape == scan::RayShape::Spinning && rays_.mayTurn();
   return locateScan(
-      {cloud_.positions, pixels_, order_, may_turn}, settings_.threads, scan);
+      {cloud_.positions, cloud_.pixels, order_, may_turn}, settings_.threads, scan);
 }
 
 /** \brief Puts the points in the order of their pixels.
@@ -302,18 +268,19 @@ ScanCollector::locateAll(scan::ScanFrame& scan) const
 bool
 ScanCollector::orderPoints(const scan::ScanFrame& scan)
 {
-  order_.resize(pixels_.size());
+  const std::vector<std::uint32_t>& pixels = cloud_.pixels;
+  order_.resize(pixels.size());
   std::iota(order_.begin(), order_.end(), 0u);
   const auto is_not_below = [](std::uint32_t one, std::uint32_t next) {
     return one >= next;
   };
-  if (std::adjacent_find(pixels_.begin(), pixels_.end(), is_not_below) == pixels_.end())
+  if (std::adjacent_find(pixels.begin(), pixels.end(), is_not_below) == pixels.end())
     return true;
   by_pixel_.assign(scan.pixelCount(), no_point);
-  for (std::uint32_t point = 0; point < pixels_.size(); ++point) {
-    if (by_pixel_[pixels_[point]] != no_point)
+  for (std::uint32_t point = 0; point < pixels.size(); ++point) {
+    if (by_pixel_[pixels[point]] != no_point)
       return false;
-    by_pixel_[pixels_[point]] = point;
+    by_pixel_[pixels[point]] = point;
   }
   order_.clear();
   for (const std::uint32_t point : by_pixel_)
@@ -350,7 +317,7 @@ ScanCollector::locate(const WorldPose& sensor_pose, bool refits, scan::ScanFrame
     const double far = 1.5 * fitted_share_ + (rays_.arePlanar() ? 0.02 : 0.2);
     double share = share_beside();
     bool are_located = true;
-    if (share > far && !refits && rays_.followPose(cloud_, columns_, sensor_pose)) {
+    if (share > far && !refits && rays_.followPose(cloud_, sensor_pose)) {
       are_located = append_all();
       share = share_beside();
     }
@@ -429,10 +396,8 @@ void
 ScanCollector::releaseMemory()
 {
   cloud_ = SensorCloud();
-  rows_.releaseMemory();
   columns_.releaseMemory();
   quantiser_.releaseMemory();
-  pixels_ = std::vector<std::uint32_t>();
   order_ = std::vector<std::uint32_t>();
   by_pixel_ = std::vector<std::uint32_t>();
   symbols_ = VoxelFrame();

@@ -11,7 +11,6 @@
 #include "codec/scan/scan_frame.h"
 #include "voxelizing/field_collector.h"
 #include "voxelizing/intensity_quantiser.h"
-#include "voxelizing/ring_rows.h"
 #include "voxelizing/scan_columns.h"
 #include "voxelizing/scan_grid.h"
 #include "voxelizing/sensor_cloud.h"
@@ -76,8 +75,7 @@ private:
   mostPixels(const FieldCollector& fields) const;
 
   bool
-  locateOnRays(const FieldCollector& fields,
-               const WorldPose& sensor_pose,
+  locateOnRays(const WorldPose& sensor_pose,
                bool is_i_frame_due,
                scan::ScanFrame& scan);
 
@@ -85,19 +83,10 @@ private:
   fitsLayout(const scan::ScanFrame& scan) const;
 
   bool
-  setLayout(const FieldCollector& fields,
-            const WorldPose& sensor_pose,
-            bool is_i_frame_due,
-            scan::ScanFrame& scan);
+  setLayout(const WorldPose& sensor_pose, bool is_i_frame_due, scan::ScanFrame& scan);
 
   bool
-  locateFree(const FieldCollector& fields,
-             const WorldPose& sensor_pose,
-             bool is_i_frame_due,
-             scan::ScanFrame& scan);
-
-  void
-  findPhases(const scan::ScanFrame& scan);
+  locateFree(const WorldPose& sensor_pose, bool is_i_frame_due, scan::ScanFrame& scan);
 
   bool
   orderPoints(const scan::ScanFrame& scan);
@@ -120,8 +109,7 @@ private:
   EncoderSettings settings_;
   IntensityUnit unit_;
   SensorCloudReader reader_;
-  RingRows ring_rows_;
-  SensorRows rows_;                   // of clouds that do not tell them
+  SensorRows rows_;
   unsigned int untried_i_frames_ = 0; // that follow: no rays are looked for
   unsigned int next_untried_ = 0;     // after the next one in which none are found
   std::size_t tried_points_ = 0;      // of the last cloud in which none were found
@@ -131,7 +119,7 @@ private:
   bool was_free_ = false;    // the scan before had no rays
   bool was_on_rays_ = false; // the cloud before was
   std::uint32_t period_ = 0; // of its points; 0: none
-  std::array<double, 3> phases_{}; // see coordinatePhase()
+  std::array<double, 3> phases_{}; // see findPhases()
   IntensityQuantiser quantiser_;
   ScanGrid grid_;
   double fitted_share_ = 0.0; // of points beside the rays that were fitted, or turned
@@ -139,8 +127,8 @@ private:
   bool wants_other_rays_ = false;
   // Of the current cloud; members so that their memory is reused.
   SensorCloud cloud_;
-  std::vector<std::uint32_t> pixels_; // of points, in the order of the cloud
-  std::vector<std::uint32_t> order_;  // points in the order of their pixels
+  std::uint64_t most_pixels_ = 0;    // that its scan may have
+  std::vector<std::uint32_t> order_; // points in the order of their pixels
   std::vector<std::uint32_t> by_pixel_;
   VoxelFrame symbols_; // scale and symbols of intensities, in the order of the cloud
 };

@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "voxelizing/scan_columns.h"
 
+#include "voxelizing/firing_columns.h"
+
 #include <algorithm>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
@@ -27,7 +29,7 @@ ScanColumns::areRows(const std::vector<std::uint32_t>& rings)
 }
 
 bool
-ScanColumns::find(const SensorCloud& cloud,
+ScanColumns::find(SensorCloud& cloud,
                   const WorldPose& to_sensor,
                   bool may_refit,
                   std::uint64_t most_pixels,
@@ -39,11 +41,22 @@ ScanColumns::find(const SensorCloud& cloud,
   if (may_refit || is_first) {
     ring_count_ = rings;
     if (cloud.size() >= least_ordered_points || is_first)
-      firings_.learn(cloud.rings, rings);
+      firing_ranks_ = firingRanks(cloud.rings, rings);
   }
   are_firings_ = findFirings(cloud, most_pixels);
-  if (!are_firings_ && !findByAzimuth(cloud, to_sensor, may_refit, most_pixels))
+  if ((!are_firings_ && !findByAzimuth(cloud, to_sensor, may_refit, most_pixels)) ||
+      !setLayout(most_pixels, layout))
     return false;
+  cloud.columns = layout.width;
+  cloud.pixels.resize(cloud.size());
+  for (std::size_t point = 0; point < cloud.size(); ++point)
+    cloud.pixels[point] = cloud.rings[point] * layout.width + columns_[point];
+  return true;
+}
+
+bool
+ScanColumns::setLayout(std::uint64_t most_pixels, scan::ScanLayout& layout) const
+{
   layout.firing_order.clear();
   if (are_firings_) {
     layout.width = columns_.back() + 1;
@@ -51,7 +64,7 @@ ScanColumns::find(const SensorCloud& cloud,
     layout.order = scan::PointOrder::ColumnByColumn;
     layout.firing_order.resize(ring_count_);
     for (std::uint32_t ring = 0; ring < ring_count_; ++ring)
-      layout.firing_order[firings_.ranks()[ring]] = static_cast<std::uint16_t>(ring);
+      layout.firing_order[firing_ranks_[ring]] = static_cast<std::uint16_t>(ring);
     return true;
   }
   layout.width = by_azimuth_.count() * turns_;
@@ -69,7 +82,7 @@ ScanColumns::find(const SensorCloud& cloud,
 bool
 ScanColumns::findFirings(const SensorCloud& cloud, std::uint64_t most_pixels)
 {
-  columns_ = firings_.columnsOf(cloud.rings);
+  columns_ = firingColumns(cloud.rings, firing_ranks_);
   const std::uint64_t pixels = (std::uint64_t{columns_.back()} + 1) * ring_count_;
   return columns_.back() < scan::most_side && pixels <= most_pixels &&
          pixels <= most_pixels_of_point * cloud.size();
@@ -84,13 +97,9 @@ ScanColumns::findByAzimuth(const SensorCloud& cloud,
 {
   points_.clear();
   points_.reserve(cloud.size());
-  for (std::size_t point = 0; point < cloud.size(); ++point) {
-    const std::array<double, 3>& position = cloud.positions[point];
+  for (std::size_t point = 0; point < cloud.size(); ++point)
     points_.push_back(
-        {cloud.rings[point],
-         0,
-         to_sensor * Eigen::Vector3d(position[0], position[1], position[2])});
-  }
+        {cloud.rings[point], 0, to_sensor * vectorOf(cloud.positions[point])});
   by_azimuth_.setPoints(points_);
   const bool has_many_more = points_.size() > 2 * fitted_points_;
   const bool may_keep =

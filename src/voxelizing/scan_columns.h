@@ -4,7 +4,6 @@
 #include <pcl_ext/rigid_pose.h>
 
 #include "codec/scan/scan_frame.h"
-#include "voxelizing/firing_columns.h"
 #include "voxelizing/ring_columns.h"
 #include "voxelizing/sensor_cloud.h"
 
@@ -24,7 +23,7 @@ public:
   areRows(const std::vector<std::uint32_t>& rings);
 
   /** \brief Finds the columns of a cloud.
-   * \param[in] cloud with rings that are rows
+   * \param[in,out] cloud with rings that are rows; its pixels are set
    * \param[in] to_sensor world -> sensor, metres
    * \param[in] may_refit learn the order of the rings again, or the columns of a turn
    * \param[in] most_pixels that the scan may have
@@ -33,7 +32,7 @@ public:
    * the cloud but may not be learnt
    */
   bool
-  find(const SensorCloud& cloud,
+  find(SensorCloud& cloud,
        const WorldPose& to_sensor,
        bool may_refit,
        std::uint64_t most_pixels,
@@ -65,6 +64,9 @@ public:
 
 private:
   bool
+  setLayout(std::uint64_t most_pixels, scan::ScanLayout& layout) const;
+
+  bool
   findFirings(const SensorCloud& cloud, std::uint64_t most_pixels);
 
   bool
@@ -75,7 +77,7 @@ private:
 
   std::uint32_t ring_count_ = 0;
   bool are_firings_ = false;
-  FiringColumns firings_;
+  std::vector<std::uint32_t> firing_ranks_; // of rings
   RingColumns by_azimuth_;
   double shift_ = 0.0;
   std::uint32_t turns_ = 1;       // that columns by azimuth have

@@ -20,15 +20,6 @@ isImage(const ImageSize& size)
   return size.width > 1 && size.height > 1;
 }
 
-bool
-isInside(const BoundingBox& box, const std::array<double, 3>& position)
-{
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (position[axis] < box.min[axis] || position[axis] > box.max[axis])
-      return false;
-  return true;
-}
-
 /** \brief Makes room for so many elements, of which some are there. */
 template <typename ElementT>
 void
@@ -61,6 +52,7 @@ SensorCloudReader::read(PointBatches& points,
   contents_ = contents;
   clear(cloud, contents.fields->selected().size());
   cloud.image = isImage(points.imageSize()) ? points.imageSize() : ImageSize();
+  cloud.columns = cloud.image.width;
   if (cloud.image.width > scan::most_side || cloud.image.height > scan::most_side ||
       std::uint64_t{cloud.image.width} * cloud.image.height > scan::most_pixels)
     return false;
@@ -129,7 +121,7 @@ SensorCloudReader::readBatch(const PointView& points,
     const std::array<double, 3> position = {static_cast<double>(xyz[0]),
                                             static_cast<double>(xyz[1]),
                                             static_cast<double>(xyz[2])};
-    if (contents_.box && !isInside(*contents_.box, position)) {
+    if (contents_.box && !isInside(*contents_.box, xyz)) {
       ++outside_box;
       continue;
     }

@@ -9,6 +9,8 @@
 #include "voxelizing/common_step.h"
 #include "voxelizing/field_collector.h"
 
+#include <Eigen/Core>
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -20,7 +22,8 @@ namespace pcl_ext::PCL_EXT_ABI::io {
  * cloud. */
 struct SensorCloud {
   ImageSize image;                              ///< columns and rows, if it has any
-  std::vector<std::uint32_t> pixels;            ///< then
+  std::vector<std::uint32_t> pixels;            ///< then; or of a scan of the cloud
+  std::uint32_t columns = 0;                    ///< of these, from row to row
   std::vector<std::uint32_t> rings;             ///< else, if it has any; or most_side
   std::vector<std::array<double, 3>> positions; ///< world coordinates, metres
   std::vector<double> intensities;              ///< if they are asked for
@@ -42,6 +45,12 @@ struct SensorCloud {
     return std::size_t{image.width} * image.height;
   }
 };
+
+inline Eigen::Vector3d
+vectorOf(const std::array<double, 3>& position)
+{
+  return {position[0], position[1], position[2]};
+}
 
 /** \brief Reads clouds, with their rows and columns or their field `ring`. */
 class SensorCloudReader {

@@ -86,16 +86,14 @@ SensorRays::findPose(const SensorCloud& cloud, const WorldPose& told)
 }
 
 bool
-SensorRays::followPose(const SensorCloud& cloud,
-                       const ScanColumns& columns,
-                       const WorldPose& told)
+SensorRays::followPose(const SensorCloud& cloud, const WorldPose& told)
 {
   const bool are_columns_known =
       cloud.image.width > 0 || layout_.order == scan::PointOrder::ColumnByColumn;
   if (!spinning_ || !are_columns_known || !haveMoved())
     return false;
   const std::vector<PixelPoint> points =
-      PixelPoints(cloud, columns, poseOf(told)).ofEachRow(layout_.height);
+      PixelPoints(cloud, poseOf(told)).ofEachRow(layout_.height);
   const std::optional<WorldPose> found =
       findSpinningPose(points, repeatedPlace(points));
   if (!found)
@@ -124,7 +122,7 @@ SensorRays::fit(const SensorCloud& cloud,
   const WorldPose pose = poseOf(told);
   const ImageSize size{layout.width, layout.height};
   if (cloud.image.width > 0) {
-    PixelPoints pixels(cloud, columns, pose);
+    PixelPoints pixels(cloud, pose);
     std::vector<PixelPoint> points = pixels.ofEachRow(size.height);
     const Eigen::Vector3d place = repeatedPlace(points);
     const auto missing =
@@ -140,17 +138,16 @@ SensorRays::fit(const SensorCloud& cloud,
   }
   else if (layout.order == scan::PointOrder::ColumnByColumn) {
     const SampledColumns sampled = sampledColumns(cloud, layout);
-    spinning_ = fitSpinning(PixelPoints(cloud, columns, pose).ofSampledColumns(sampled),
+    spinning_ = fitSpinning(PixelPoints(cloud, pose).ofSampledColumns(sampled),
                             size.height,
                             sampled,
                             grid.resolution);
   }
   else
-    spinning_ =
-        fitEvenSpinning(PixelPoints(cloud, columns, turnedPose(pose, columns.shift()))
-                            .ofEachRow(size.height),
-                        size,
-                        columns.step());
+    spinning_ = fitEvenSpinning(
+        PixelPoints(cloud, turnedPose(pose, columns.shift())).ofEachRow(size.height),
+        size,
+        columns.step());
   return planar_ || spinning_;
 }
 
@@ -256,14 +253,13 @@ SensorRays::set(const SensorCloud& cloud,
                            frame);
   if (spinning_->has_motion && !is_new_) {
     const SampledColumns sampled = sampledColumns(cloud, frame);
-    followMotion(PixelPoints(cloud, columns, pose).ofSampledColumns(sampled),
-                 sampled,
-                 *spinning_);
+    followMotion(
+        PixelPoints(cloud, pose).ofSampledColumns(sampled), sampled, *spinning_);
   }
   is_new_ = false;
   if (!setSpinningRays(*spinning_, pose, frame.grid, frame))
     return false;
-  findAngles(cloud, columns, pose, frame);
+  findAngles(cloud, columns.columns(), pose, frame);
   shiftRows(frame);
   return true;
 }
@@ -291,14 +287,13 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
   std::vector<std::uint16_t> none(frame.height);
   if (steps.empty())
     return none;
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  if (*middle == 0)
+  const std::int32_t middle = quantileOf(steps);
+  if (middle == 0)
     return none;
   std::vector<double> shifts;
   for (const RowFit& row : spinning_->rows)
     shifts.push_back(std::round(std::remainder(row.angle, two_pi) /
-                                (*middle * spinning_->turn_step)));
+                                (middle * spinning_->turn_step)));
   const auto [least, most] = std::minmax_element(shifts.begin(), shifts.end());
   // Wider scans take bytes for pixels without points.
   if (*most - *least > 0.25 * frame.width)
@@ -311,7 +306,7 @@ SensorRays::findShifts(const scan::ScanFrame& frame) const
 /** \brief Sets the angle of each column to the middle of those of its points. */
 void
 SensorRays::findAngles(const SensorCloud& cloud,
-                       const ScanColumns& columns,
+                       const std::vector<std::uint32_t>& columns,
                        const WorldPose& pose,
                        scan::ScanFrame& frame) const
 {
@@ -324,8 +319,8 @@ SensorRays::findAngles(const SensorCloud& cloud,
   std::vector<double> off; // of a column's points, from the column before
   std::int32_t last = 0;
   for (std::size_t begin = 0, end = 0; begin < cloud.size(); begin = end) {
-    const std::uint32_t column = columns.columns()[begin];
-    while (end < cloud.size() && columns.columns()[end] == column)
+    const std::uint32_t column = columns[begin];
+    while (end < cloud.size() && columns[end] == column)
       ++end;
     const double last_angle = last * fit.turn_step;
     const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
@@ -341,12 +336,10 @@ SensorRays::findAngles(const SensorCloud& cloud,
         off.push_back(angleOff(position, direction, row_directions[cloud.rings[i]]));
     }
     if (!off.empty()) {
-      const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-      std::nth_element(off.begin(), middle, off.end());
       // Columns of an odd cloud may turn without end.
       constexpr double most = 0x1p30;
       last = static_cast<std::int32_t>(
-          std::clamp(last + std::round(*middle / fit.turn_step), -most, most));
+          std::clamp(last + std::round(quantileOf(off) / fit.turn_step), -most, most));
     }
     frame.rays.columns[column] = last;
   }

@@ -44,12 +44,10 @@ public:
    * \return false if it is not found, or if the columns of its cloud would change
    */
   bool
-  followPose(const SensorCloud& cloud,
-             const ScanColumns& columns,
-             const WorldPose& told);
+  followPose(const SensorCloud& cloud, const WorldPose& told);
 
   /** \brief Finds the rays of a cloud.
-   * \param[in] cloud not empty
+   * \param[in] cloud not empty, with the pixels of its scan
    * \param[in] columns of its points, if it has rings
    * \param[in] told sensor -> world, metres
    * \param[in] may_change_depths on them, which takes an I-frame
@@ -111,7 +109,7 @@ private:
 
   void
   findAngles(const SensorCloud& cloud,
-             const ScanColumns& columns,
+             const std::vector<std::uint32_t>& columns,
              const WorldPose& pose,
              scan::ScanFrame& frame) const;
 

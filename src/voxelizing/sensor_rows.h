@@ -7,14 +7,17 @@
 #include "voxelizing/elevation_rows.h"
 #include "voxelizing/sensor_cloud.h"
 
+#include <cstdint>
+#include <vector>
+
 namespace pcl_ext::PCL_EXT_ABI::io {
 
-/** \brief Finds the rows of the clouds of one stream that have neither rows and columns
- * nor rings. */
+/** \brief Finds the rows of the clouds of one stream that have no rows and columns. */
 class SensorRows {
 public:
-  /** \brief Finds the pixels of a cloud if a camera has seen it, else the rings of one
-   * that a lidar has, from the elevations of its points.
+  /** \brief Makes rows of the rings of a cloud. Where it has none, finds its pixels if a
+   * camera has seen it, else the rings of one that a lidar has, from the elevations of
+   * its points.
    * \param[in] to_sensor world -> sensor, metres
    * \param[in] may_refit what was learnt of the clouds before may be learnt again
    * \param[in,out] cloud image and pixels, or rings, are set
@@ -23,16 +26,14 @@ public:
   bool
   find(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud);
 
-  void
-  releaseMemory()
-  {
-    camera_.releaseMemory();
-  }
-
 private:
+  bool
+  number(bool may_learn, std::vector<std::uint32_t>& rings);
+
   bool
   findRings(const WorldPose& to_sensor, bool may_refit, SensorCloud& cloud);
 
+  std::vector<std::uint32_t> rows_of_rings_; // empty: they are the same
   CameraPixels camera_;
   ElevationRows elevations_;
   unsigned int untried_clouds_ = 0; // that follow

@@ -22,18 +22,12 @@ public:
   void
   begin(const SummedFields& fields, std::size_t expected);
 
-  /** \brief Adds points. */
   void
   add(const LocatedPoints& located);
 
-  /** \brief Writes the voxels, and removes the points.
-   * \param[out] keys Morton keys of the voxels, strictly ascending
-   * \param[out] sums of the points in each voxel
-   */
   void
   writeVoxels(std::vector<std::uint64_t>& keys, VoxelSums& sums);
 
-  /** \brief Number of occupied blocks of 4 x 4 x 4 voxels, after writeVoxels(). */
   std::size_t
   occupiedBlocks() const
   {

@@ -91,11 +91,10 @@ fitTurn(const std::vector<TurnPoint>& samples, std::uint32_t width)
       slopes.push_back(wrapped(samples[i].azimuth - samples[i - 1].azimuth));
   if (slopes.empty())
     return 0.0;
-  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-  std::nth_element(slopes.begin(), middle, slopes.end());
+  const double middle = quantileOf(slopes);
   // Most turn once.
-  const double whole = std::copysign(two_pi / width, *middle);
-  return std::abs(*middle - whole) < 0.1 * std::abs(whole) ? whole : *middle;
+  const double whole = std::copysign(two_pi / width, middle);
+  return std::abs(middle - whole) < 0.1 * std::abs(whole) ? whole : middle;
 }
 
 /** \brief The angle of a row against even columns, and how far it is beside the axis.

@@ -22,7 +22,8 @@ constexpr double least_distance = 0.1;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/** \brief Some points of the rows that have enough, without those at a place. */
+/** \brief Some points of the rows that have enough, row after row, without those at a
+ * place. */
 std::vector<PixelPoint>
 usefulPoints(const std::vector<PixelPoint>& points, const Eigen::Vector3d& place)
 {
@@ -54,14 +55,16 @@ struct RowTerms {
   Eigen::Matrix<double, 5, 5> solution; // of the common terms from the others
   Terms errors;                         // of this
 
-  explicit RowTerms(const std::vector<Eigen::Vector3d>& points)
-  : common(points.size(), 5)
-  , others(points.size(), 5)
-  , weights(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(points.size())))
+  template <typename PointT>
+  RowTerms(PointT point, PointT end, const Extent& extent)
+  : common(end - point, 5)
+  , others(end - point, 5)
+  , weights(Eigen::VectorXd::Ones(end - point))
   {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const Eigen::Vector3d& p = points[i];
-      const auto row = static_cast<Eigen::Index>(i);
+    for (Eigen::Index row = 0; point != end; ++row, ++point) {
+      // Numbers about 1, as the equations are of squares.
+      const Eigen::Vector3d p =
+          (point->position - extent.middle) / std::max(extent.mean_distance, 1e-9);
       common.row(row) << p.x() * p.x() - p.z() * p.z(), p.y() * p.y() - p.z() * p.z(),
           2.0 * p.x() * p.y(), 2.0 * p.x() * p.z(), 2.0 * p.y() * p.z();
       others.row(row) << p.squaredNorm(), p.transpose(), 1.0;
@@ -130,38 +133,20 @@ poseOf(const Coefficients& common, const std::vector<RowTerms>& rows)
   return pose;
 }
 
-/** \brief Where points are, and how far from there, metres. */
-struct Extent {
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  double mean_distance = 0.0;
-
-  explicit Extent(const std::vector<PixelPoint>& points)
-  {
-    const auto count = static_cast<double>(points.size());
-    for (const PixelPoint& point : points)
-      middle += point.position / count;
-    for (const PixelPoint& point : points)
-      mean_distance += (point.position - middle).norm() / count;
-  }
-};
-
 /** \brief A pose from the equations of the rows' surfaces.
+ * \param[in] points row after row
  * \return sensor -> points, but for the height; or not finite numbers
  */
 WorldPose
 solvePose(const std::vector<PixelPoint>& points, const Extent& extent)
 {
-  // Numbers about 1, as the equations are of squares.
-  std::vector<std::vector<Eigen::Vector3d>> rows;
-  for (const PixelPoint& point : points) {
-    rows.resize(std::max<std::size_t>(rows.size(), point.row + 1));
-    rows[point.row].push_back((point.position - extent.middle) /
-                              std::max(extent.mean_distance, 1e-9));
-  }
   std::vector<RowTerms> terms;
-  for (const auto& row : rows)
-    if (!row.empty())
-      terms.emplace_back(row);
+  for (auto begin = points.begin(), end = begin; begin != points.end(); begin = end) {
+    const std::uint32_t row = begin->row;
+    end = std::find_if(
+        begin, points.end(), [row](const PixelPoint& next) { return next.row != row; });
+    terms.emplace_back(begin, end, extent);
+  }
   WorldPose pose = poseOf(fitSurfaces(terms), terms);
   // Farther away they are not rays of a sensor.
   constexpr double most_extents = 100.0;

@@ -3,6 +3,7 @@
 
 #include "voxelizing/coordinate_range.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/robust_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -69,12 +70,8 @@ medianOf(PointBatches& points)
   std::array<double, 3> median{};
   if (samples[0].empty())
     return median;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto middle =
-        samples[axis].begin() + static_cast<std::ptrdiff_t>(samples[axis].size() / 2);
-    std::nth_element(samples[axis].begin(), middle, samples[axis].end());
-    median[axis] = *middle;
-  }
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    median[axis] = quantileOf(samples[axis]);
   return median;
 }
 
@@ -180,7 +177,7 @@ VoxelLocator::measureRange(PointBatches& points, LatticeRange& range) const
         lattice_.indexOf(highest.data(), ends.highest))
       add(ends);
   };
-  CoordinateEnds of_doubles = noEnds();
+  CoordinateEnds of_doubles;
   points.restart();
   for (PointView batch; points.next(batch);)
     if (batch.double_coordinates == nullptr)
@@ -195,7 +192,7 @@ VoxelLocator::measureRange(PointBatches& points, LatticeRange& range) const
                                           static_cast<double>(usable_max_[axis]);
         LatticeIndex index;
         if (is_between_usable_floats)
-          addPoint(point, of_doubles);
+          of_doubles.add(point);
         else if (lattice_.indexOf(point, index))
           add({index, index});
       });
@@ -268,7 +265,7 @@ VoxelLocator::locate(const PointView& points,
   const double* point = detail::atOffset(points.double_coordinates, begin * stride);
   for (std::size_t i = 0; i < end - begin;
        ++i, point = detail::atOffset(point, stride)) {
-    const bool is_outside = box_ && !isInBox(point);
+    const bool is_outside = box_ && !isInside(*box_, point);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double from_origin = point[axis] - grid_.origin[axis];
       // What is in the grid is far below the largest float.
@@ -286,24 +283,11 @@ VoxelLocator::locate(const PointView& points,
 
 template <typename NumberT>
 bool
-VoxelLocator::isInBox(const NumberT* point) const
-{
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto coordinate = static_cast<double>(point[axis]);
-    // Negated, so that NaN is outside.
-    if (!(coordinate >= box_->min[axis] && coordinate <= box_->max[axis]))
-      return false;
-  }
-  return true;
-}
-
-template <typename NumberT>
-bool
 VoxelLocator::findVoxel(const NumberT* point,
                         LatticeIndex& index,
                         VoxelizationStatistics& statistics) const
 {
-  const bool is_in_box = !box_ || isInBox(point);
+  const bool is_in_box = !box_ || isInside(*box_, point);
   if (is_in_box && lattice_.indexOf(point, index))
     return true;
   // The box may be the cube of PCL's octree. Its upper faces belong to the box, but not

@@ -83,10 +83,6 @@ private:
 
   template <typename NumberT>
   bool
-  isInBox(const NumberT* point) const;
-
-  template <typename NumberT>
-  bool
   findVoxel(const NumberT* point,
             LatticeIndex& index,
             VoxelizationStatistics& statistics) const;

@@ -63,11 +63,10 @@ TEST(FiringColumns, FindsTheOrderOfRowsAndTheColumns)
 {
   std::vector<std::uint32_t> rows;
   const std::vector<PixelPoint> points = makeTurn(rows);
-  FiringColumns columns;
-  columns.learn(rows, 8);
+  const std::vector<std::uint32_t> ranks = firingRanks(rows, 8);
   for (std::uint32_t rank = 0; rank < fired.size(); ++rank)
-    EXPECT_EQ(columns.ranks()[fired[rank]], rank);
-  const std::vector<std::uint32_t> found = columns.columnsOf(rows);
+    EXPECT_EQ(ranks[fired[rank]], rank);
+  const std::vector<std::uint32_t> found = firingColumns(rows, ranks);
   for (std::size_t i = 0; i < points.size(); ++i)
     ASSERT_EQ(found[i], points[i].column);
 }

@@ -1,11 +1,13 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/compression/voxel_grid.h>
 
 #include <array>
 #include <cstdint>
 #include <vector>
+
+// How points without rays follow each other, and where they are in voxels.
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -17,5 +19,13 @@ namespace pcl_ext::PCL_EXT_ABI::io {
  */
 std::uint32_t
 findPointPeriod(const std::vector<std::array<double, 3>>& positions, double edge);
+
+/** \brief Finds where in voxels, on each axis, the points are to be that are whole edges
+ * apart: in the centres, unless coordinates are on a grid of their own.
+ * \param[in] positions metres
+ * \return edges, 0 to below 1
+ */
+std::array<double, 3>
+findPhases(const std::vector<std::array<double, 3>>& positions, const VoxelGrid& grid);
 
 } // namespace pcl_ext::PCL_EXT_ABI::io
