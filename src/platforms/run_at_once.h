@@ -29,7 +29,7 @@ runAtOnce(std::size_t count, const WorkT& work)
     work(i);
 #else
   std::vector<std::future<void>> others; // their destructors wait
-  others.reserve(count);
+  others.reserve(count - 1);
   // Where no thread can be started, the call is made when it is waited for.
   for (std::size_t i = 1; i < count; ++i)
     others.push_back(std::async(std::launch::async | std::launch::deferred,

@@ -60,19 +60,19 @@ ParallelCollector::collect(PointBatches& points,
                            VoxelSums& sums)
 {
   const std::vector<PointBatches*> batches = split(points);
-  const std::size_t parts = batches.size();
-  if (parts < 2)
-    return collectByOne(points, locator, fields, is_sparse, keys, sums);
-
+  const std::size_t parts = std::max<std::size_t>(1, batches.size());
+  const bool is_split = parts > 1;
   if (parts_.size() < parts)
     parts_.resize(parts);
   CollectedFields part_fields = fields;
-  part_fields.exactness = fields.intensities;
+  part_fields.exactness = is_split && fields.intensities;
   runAtOnce(parts, [&](std::size_t i) {
     Part& part = parts_[i];
-    part.result = part.collector.collect(*batches[i], locator, part_fields, is_sparse);
+    PointBatches& part_points = is_split ? *batches[i] : points;
+    part.result = part.collector.collect(part_points, locator, part_fields, is_sparse);
     if (part.result == CollectionResult::AllPoints)
-      part.collector.writeVoxels(part.keys, part.sums);
+      part.collector.writeVoxels(is_split ? part.keys : keys,
+                                 is_split ? part.sums : sums);
   });
   statistics_ = VoxelizationStatistics();
   step_ = CommonStep();
@@ -82,32 +82,16 @@ ParallelCollector::collect(PointBatches& points,
     add(statistics_, parts_[i].collector.statistics());
     step_.add(parts_[i].collector.step());
   }
+  occupied_blocks_ = parts_.front().collector.occupiedBlocks();
+  if (!is_split)
+    return CollectionResult::AllPoints;
   uniteVoxels(fields, parts, keys, sums);
   if (fields.intensities && !areSumsExact(parts, sums)) {
-    are_sums_rounded_ = true;
-    return collectByOne(points, locator, fields, is_sparse, keys, sums);
+    are_sums_rounded_ = true; // nothing is split any more
+    return collect(points, locator, fields, is_sparse, keys, sums);
   }
   occupied_blocks_ = countBlocks(keys);
   return CollectionResult::AllPoints;
-}
-
-CollectionResult
-ParallelCollector::collectByOne(PointBatches& points,
-                                const VoxelLocator& locator,
-                                const CollectedFields& fields,
-                                bool is_sparse,
-                                std::vector<std::uint64_t>& keys,
-                                VoxelSums& sums)
-{
-  VoxelCollector& collector = parts_.front().collector;
-  const CollectionResult result = collector.collect(points, locator, fields, is_sparse);
-  if (result != CollectionResult::AllPoints)
-    return result;
-  collector.writeVoxels(keys, sums);
-  statistics_ = collector.statistics();
-  step_ = collector.step();
-  occupied_blocks_ = collector.occupiedBlocks();
-  return result;
 }
 
 std::vector<PointBatches*>

@@ -85,14 +85,6 @@ private:
     VoxelSums sums;
   };
 
-  CollectionResult
-  collectByOne(PointBatches& points,
-               const VoxelLocator& locator,
-               const CollectedFields& fields,
-               bool is_sparse,
-               std::vector<std::uint64_t>& keys,
-               VoxelSums& sums);
-
   std::vector<PointBatches*>
   split(PointBatches& points) const;
 
