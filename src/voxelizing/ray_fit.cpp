@@ -13,15 +13,6 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
 
-/** \brief A number as an integer of some units, within a range; 0 for NaN. */
-std::int64_t
-fixed(double number, double unit, double most)
-{
-  const double units = std::round(number * unit);
-  return std::isnan(units) ? 0
-                           : static_cast<std::int64_t>(std::clamp(units, -most, most));
-}
-
 /** \brief Whether the depths of a scan are those that the sensor has itself. */
 bool
 isStepKept(double fitted_step, double resolution)
@@ -262,9 +253,10 @@ setPlanarRays(const PlanarFit& fit,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto row = static_cast<int>(axis);
     const double from_corner = origin[row] - grid.lowerCorner(axis);
-    rays.pose.origin[axis] = fixed(from_corner / grid.resolution, 0x1p16, 0x1p42);
+    rays.pose.origin[axis] = fixedPoint(from_corner / grid.resolution, 16, 0x1p42);
     for (std::size_t i = 0; i < 3; ++i)
-      rays.pose.vectors[i][axis] = fixed(plane(row, static_cast<int>(i)), 1.0, 0x1p46);
+      rays.pose.vectors[i][axis] =
+          fixedPoint(plane(row, static_cast<int>(i)), 0, 0x1p46);
   }
   return isConsistent(layout);
 }

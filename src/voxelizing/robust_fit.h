@@ -118,6 +118,15 @@ isChosen(std::size_t index, std::size_t count, std::size_t enough)
   return place * count >> 32 < enough;
 }
 
+/** \brief A number as an integer of 2^-bits, within a range; 0 for NaN. */
+inline std::int64_t
+fixedPoint(double number, int bits, double most)
+{
+  const double units = std::round(std::ldexp(number, bits));
+  return std::isnan(units) ? 0
+                           : static_cast<std::int64_t>(std::clamp(units, -most, most));
+}
+
 constexpr double two_pi = 6.28318530717958647693;
 
 /** \brief An angle of -pi to pi for one that is not many turns away. */

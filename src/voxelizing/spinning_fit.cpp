@@ -70,7 +70,7 @@ fitHeights(const PointsOfRow& points, RowFit& row)
   std::vector<double> heights;
   for (const TurnPoint* point : points) {
     features.push_back({1.0, point->distance});
-    heights.push_back(point->height());
+    heights.push_back(point->position.z());
   }
   double error = 0.0;
   const Eigen::Vector2d line = fitRobustly(features, heights, error);
@@ -187,7 +187,7 @@ fitDepthStep(const std::vector<TurnPoint>& samples, std::vector<RowFit>& rows)
   for (const TurnPoint& point : samples) {
     const RowFit& row = rows[point.row];
     depths[point.row].push_back(point.distance * row.run +
-                                (point.height() - row.up) * row.rise);
+                                (point.position.z() - row.up) * row.rise);
   }
   std::vector<double> offsets(rows.size());
   const auto coherence_of = [&](double step, std::size_t every) {

@@ -17,14 +17,10 @@ setSpinningRays(const SpinningFit& fit,
 {
   const double step = depthStepFor(fit.depth_step, grid.resolution);
   const auto wide = [](double number, int bits) {
-    const double rounded = std::round(std::ldexp(number, bits));
-    return std::isnan(rounded)
-               ? std::int64_t{0}
-               : static_cast<std::int64_t>(std::clamp(rounded, -0x1p54, 0x1p54));
+    return fixedPoint(number, bits, 0x1p54);
   };
-  const auto fixed = [&wide](double number, int bits) {
-    constexpr std::int64_t most = std::int64_t{1} << 30;
-    return static_cast<std::int32_t>(std::clamp(wide(number, bits), -most, most));
+  const auto fixed = [](double number, int bits) {
+    return static_cast<std::int32_t>(fixedPoint(number, bits, 0x1p30));
   };
   scan::ScanRays& rays = layout.rays;
   rays = scan::ScanRays();

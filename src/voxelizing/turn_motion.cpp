@@ -92,7 +92,7 @@ double
 heightOff(const TurnPoint& point, const std::vector<RowFit>& rows)
 {
   const RowFit& row = rows[point.row];
-  return (point.height() - row.up) * row.run - point.distance * row.rise;
+  return (point.position.z() - row.up) * row.run - point.distance * row.rise;
 }
 
 double

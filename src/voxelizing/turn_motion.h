@@ -57,12 +57,6 @@ struct TurnPoint {
     place(motion);
   }
 
-  double
-  height() const
-  {
-    return position.z();
-  }
-
   void
   place(const TurnMotion& motion)
   {

@@ -45,12 +45,13 @@ relativeGrid(VoxelGrid grid)
   return grid;
 }
 
+/** \brief How many points there are for which a function returns true. */
+template <typename IsCountedT>
 std::size_t
-countFinite(PointBatches& points)
+countPoints(PointBatches& points, const IsCountedT& is_counted)
 {
   std::size_t count = 0;
-  visitPoints(points,
-              [&count](const auto* point) { count += isFinite(point) ? 1 : 0; });
+  visitPoints(points, [&](const auto* point) { count += is_counted(point) ? 1 : 0; });
   return count;
 }
 
@@ -124,7 +125,8 @@ VoxelLocator::findBetterOrigin(PointBatches& points,
                                bool is_i_frame_due,
                                std::array<double, 3>& origin) const
 {
-  const std::size_t finite = countFinite(points);
+  const std::size_t finite =
+      countPoints(points, [](const auto* point) { return isFinite(point); });
   const std::size_t present = countPointsOnLattice(points);
   std::size_t most = present;
   // The median, so that a few far points do not matter, and the middle, for wide
@@ -152,12 +154,9 @@ VoxelLocator::findBetterOrigin(PointBatches& points,
 std::size_t
 VoxelLocator::countPointsOnLattice(PointBatches& points) const
 {
-  std::size_t count = 0;
   LatticeIndex index;
-  visitPoints(points, [&](const auto* point) {
-    count += lattice_.indexOf(point, index) ? 1 : 0;
-  });
-  return count;
+  return countPoints(points,
+                     [&](const auto* point) { return lattice_.indexOf(point, index); });
 }
 
 bool
