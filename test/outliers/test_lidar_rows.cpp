@@ -173,12 +173,27 @@ TEST(LidarRows, RingsOfAnyTypeNumberAndOrderAreRowsOfAnImage)
   expect_same(double{}, FieldType::Float64);
 }
 
-TEST(LidarRows, AreToldBySlopesInAnyOrderOfPoints)
+TEST(LidarRows, AreToldByElevationsInAnyOrderOfPoints)
 {
   const LidarScan scan = snowyScan();
   const std::vector<std::size_t> pixels = shuffled(returnsOf(scan));
   Unorganised cloud(scan, pixels);
   EXPECT_EQ(judged(cloud.view()), at(judged(scan.view()), pixels));
+}
+
+TEST(LidarRows, AreToldFromPointsThatAreNotNear)
+{
+  const LidarScan scan = snowyScan();
+  Unorganised cloud(scan, shuffled(returnsOf(scan)));
+  // On the sensor's own vehicle, where lasers that are beside each other see anything.
+  for (int i = 0; i < 400; ++i) {
+    const float azimuth = 0.157f * static_cast<float>(i);
+    const float slope = -0.25f + 0.0013f * static_cast<float>(i);
+    const float point[] = {
+        0.3f * std::cos(azimuth), 0.3f * std::sin(azimuth), 0.3f * slope};
+    cloud.add(point);
+  }
+  judged(cloud.view());
 }
 
 TEST(LidarRows, AreToldByTurnsWhereSlopesOverlap)
