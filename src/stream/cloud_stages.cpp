@@ -85,7 +85,8 @@ CloudStages::voxelize(const PointView& points,
   SingleBatch batch(points);
   if (CompressionStatus status = contents_->select(batch); !status.ok())
     return status;
-  CompressionStatus status = voxelizeBatches(batch, sensor_pose, frame);
+  CompressionStatus status =
+      voxelizeBatches(batch, sensor_pose, encoder_.isIFrameDue(), frame);
   if (voxelizer_->hasChanged())
     encoder_.requestIFrame();
   return status;
@@ -282,7 +283,8 @@ CloudStages::encodeVoxels(PointBatches& points,
                           std::vector<std::uint8_t>& bytes)
 {
   const bool is_i_frame_due = encoder_.isIFrameDue();
-  if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
+  if (CompressionStatus status =
+          voxelizeBatches(points, info.sensor_pose, is_i_frame_due, frame_);
       !status.ok())
     return status;
   if (voxelizer_->hasChanged())
@@ -317,40 +319,35 @@ CloudStages::encodeScan(PointBatches& points,
                         const CloudInfo& info,
                         std::vector<std::uint8_t>& bytes)
 {
+  const bool is_i_frame_due = encoder_.isIFrameDue();
   filtering_ = TemporalFilterStatus();
   frame_.clearVoxels();
   is_scan_ = true;
-  VoxelizationStatistics of_voxels;
-  bool is_trial = scan_choice_->isTrial(encoder_.isIFrameDue());
-  // Before the scan is coded, as voxels may be others if an I-frame is due.
-  if (is_trial) {
-    const VoxelizationStatistics of_scan = voxelization_;
-    if (CompressionStatus status = voxelizeBatches(points, info.sensor_pose, frame_);
-        !status.ok())
-      return status;
-    of_voxels = std::exchange(voxelization_, of_scan);
-    // Fewer bytes for fewer points, or coarser ones, are no result.
-    const VoxelFit fit = voxelizer_->fit();
-    if (fit.is_coarsened || fit.wider_grid) {
-      scan_choice_->takeScan();
-      is_trial = false;
-      frame_.clearVoxels();
-    }
-  }
-  frame_.layout = scan_.layout = info.layout;
+  scan_.layout = info.layout;
   CompressionStatus status =
       encoder_.encode(scan_, info.stamp, bytes, settings_.threads);
-  if (!status.ok() || !is_trial)
+  if (!status.ok())
     return status;
-  if (!scan_choice_->takesVoxels(
-          frame_, bytes.size(), encoder_.statistics().is_i_frame)) {
-    frame_.clearVoxels();
+  const bool is_i_frame = encoder_.statistics().is_i_frame;
+  if (!scan_choice_->wantsVoxels(scan_, bytes.size(), is_i_frame))
     return status;
+  const VoxelizationStatistics of_scan = voxelization_;
+  const bool are_there =
+      voxelizeBatches(points, info.sensor_pose, is_i_frame_due, frame_).ok();
+  const VoxelizationStatistics of_voxels = std::exchange(voxelization_, of_scan);
+  // Fewer bytes for fewer points, or coarser ones, are no result.
+  const VoxelFit fit = voxelizer_->fit();
+  if (!are_there || fit.is_coarsened || fit.wider_grid)
+    scan_choice_->takeScan();
+  else if (scan_choice_->takesVoxels(frame_, bytes.size(), is_i_frame)) {
+    is_scan_ = false;
+    voxelization_ = of_voxels;
+    frame_.layout = info.layout;
+    encoder_.dropLastFrame();
+    return encoder_.encode(frame_, info.stamp, bytes);
   }
-  is_scan_ = false;
-  voxelization_ = of_voxels;
-  encoder_.dropLastFrame();
-  return encoder_.encode(frame_, info.stamp, bytes);
+  frame_.clearVoxels();
+  return status;
 }
 
 const VoxelFrame&
@@ -376,12 +373,13 @@ CloudStages::decodedSize() const
 CompressionStatus
 CloudStages::voxelizeBatches(PointBatches& points,
                              const WorldPose& sensor_pose,
+                             bool is_i_frame_due,
                              VoxelFrame& frame)
 {
   // What the temporal filter holds stays in the grid and the scale, which then only
   // grow.
   voxelization_ =
-      voxelizer_->voxelize(points, encoder_.isIFrameDue(), !temporal_filter_, frame);
+      voxelizer_->voxelize(points, is_i_frame_due, !temporal_filter_, frame);
   if (CompressionStatus status = contents_->collect(
           points, sensor_pose, settings_, voxelization_.points_used, frame);
       !status.ok())

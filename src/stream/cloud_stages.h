@@ -121,6 +121,7 @@ private:
   CompressionStatus
   voxelizeBatches(PointBatches& points,
                   const WorldPose& sensor_pose,
+                  bool is_i_frame_due,
                   VoxelFrame& frame);
 
   void

@@ -1,6 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "stream/scan_choice.h"
 
+#include "codec/scan/scan_points.h"
+#include "codec/scan/scan_stripes.h"
+#include "voxels/point_voxels.h"
+
 #include <algorithm>
 #include <optional>
 #include <utility>
@@ -11,6 +15,8 @@ namespace {
 
 /** \brief I-frames after a trial that are not tried, if its result was clear. */
 constexpr unsigned int untried_i_frames = 15;
+/** \brief It is, if the one takes so many times the bytes of the other. */
+constexpr std::size_t clear_ratio = 2;
 /** \brief A frame with more than so many times the bytes of a point shows another scene,
  * or rays that no longer fit. */
 constexpr double most_growth = 1.25;
@@ -38,6 +44,45 @@ isScanBetter(double as_scan, double as_voxels)
 } // namespace
 
 bool
+ScanChoice::wantsVoxels(const scan::ScanFrame& scan, std::size_t bytes, bool is_i_frame)
+{
+  if (settings_.keep_order)
+    return false;
+  if (is_i_frame)
+    return untried_i_frames_ == 0 && !isClearlyBetter(scan, bytes);
+  if (trial_ == nullptr || mayTakeVoxels(bytes))
+    return trial_ != nullptr;
+  addPFrame(bytes, bytes);
+  return false;
+}
+
+/** \brief Whether voxels would take many more bytes than the scan of an I-frame, by those
+ * of a part of the points; then the trial is over. */
+bool
+ScanChoice::isClearlyBetter(const scan::ScanFrame& scan, std::size_t bytes)
+{
+  scan::ScanFrame part = scan::stripesOf(scan);
+  const std::size_t part_points = part.pixels.size();
+  // Fewer tell little, and then the trial takes little time.
+  constexpr std::size_t least_points = 4096;
+  if (part_points < least_points)
+    return false;
+  VoxelFrame voxels;
+  scan::movePoints(part, voxels);
+  setVoxels(voxels);
+  if (!Trial(settings_).encoder.encode(voxels, std::nullopt, bytes_).ok())
+    return false;
+  const double as_voxels = static_cast<double>(bytes_.size()) *
+                           static_cast<double>(scan.pixels.size()) /
+                           static_cast<double>(part_points);
+  if (as_voxels <= static_cast<double>(clear_ratio * bytes))
+    return false;
+  takeScan();
+  untried_i_frames_ = untried_i_frames;
+  return true;
+}
+
+bool
 ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_frame)
 {
   if (voxels.size() == 0) {
@@ -48,10 +93,6 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
   }
   if (is_i_frame)
     trial_ = std::make_unique<Trial>(settings_);
-  else if (!mayTakeVoxels(bytes)) {
-    addPFrame(bytes, bytes);
-    return false;
-  }
   // What cannot be coded takes no bytes; nor does it later, for the stream.
   const bool is_coded = trial_->encoder.encode(voxels, std::nullopt, bytes_).ok();
   const std::size_t as_voxels =
@@ -62,7 +103,8 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
   }
   is_scan_ = isScanBetter(static_cast<double>(bytes), static_cast<double>(as_voxels));
   tried_density_ = 0.0; // that of the frame
-  const bool is_clear = std::max(bytes, as_voxels) > 2 * std::min(bytes, as_voxels);
+  const bool is_clear =
+      std::max(bytes, as_voxels) > clear_ratio * std::min(bytes, as_voxels);
   untried_i_frames_ = is_clear ? untried_i_frames : 0;
   trial_->as_scan.i_frame = bytes;
   trial_->as_voxels.i_frame = as_voxels;

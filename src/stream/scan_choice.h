@@ -4,6 +4,7 @@
 #include <pcl_ext/compression/compression_settings.h>
 #include <pcl_ext/compression/voxel_frame.h>
 
+#include "codec/scan/scan_frame.h"
 #include "stream/frame_encoder.h"
 
 #include <cstddef>
@@ -30,17 +31,16 @@ public:
     return may_be;
   }
 
-  /** \brief Whether the next cloud, of which there is a scan, is to be voxelized,
-   * too. */
+  /** \brief Takes into account what a frame takes as a scan.
+   * \param[in] bytes as a scan
+   * \param[in] is_i_frame so coded
+   * \return whether it is to be voxelized too, for takesVoxels(), as voxels may take
+   * fewer bytes
+   */
   bool
-  isTrial(bool is_i_frame) const
-  {
-    if (settings_.keep_order)
-      return false;
-    return is_i_frame ? untried_i_frames_ == 0 : trial_ != nullptr;
-  }
+  wantsVoxels(const scan::ScanFrame& scan, std::size_t bytes, bool is_i_frame);
 
-  /** \brief Takes into account what a frame of a trial takes as a scan.
+  /** \brief Takes into account what the frame takes as voxels.
    * \param[in] voxels of the same cloud
    * \param[in] bytes as a scan
    * \param[in] is_i_frame so coded
@@ -97,6 +97,9 @@ private:
 
   bool
   mayTakeVoxels(std::size_t as_scan) const;
+
+  bool
+  isClearlyBetter(const scan::ScanFrame& scan, std::size_t bytes);
 
   bool
   addPFrame(std::size_t as_scan, std::size_t as_voxels);

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -22,8 +21,9 @@ constexpr double least_depth = 1e-6;
 /** \brief Cameras see less than 180 degrees. */
 constexpr double steepest = 50.0;
 
-/** \brief So many points or pairs of points are enough to tell a step. */
+/** \brief So many points, or pairs of points, are enough to tell a step. */
 constexpr std::size_t enough = 4096;
+constexpr std::size_t least_chosen = 256;
 
 /** \brief Points are nearer to their pixels on average, in steps; 0.25 by chance. Those
  * of whole millimetres are 0.15 from them. */
@@ -97,35 +97,95 @@ mostOdd(std::size_t points)
 
 constexpr std::uint32_t no_pixel = ~std::uint32_t{0};
 
+template <typename SlopeT>
+bool
+isSeen(const SlopeT& slope)
+{
+  return slope.is_ahead && std::abs(slope.along_row) <= steepest &&
+         std::abs(slope.along_column) <= steepest;
+}
+
+/** \brief Calls back with the slopes of pairs of points that are so many places apart. */
+template <typename SlopesT, typename VisitT>
+void
+forEachPair(const SlopesT& slopes,
+            const std::vector<std::uint32_t>& chosen,
+            std::size_t places,
+            const VisitT& visit)
+{
+  for (const std::uint32_t i : chosen) {
+    if (i < places)
+      continue;
+    const auto one = slopes[i - places];
+    const auto other = slopes[i];
+    if (isSeen(one) && isSeen(other))
+      visit(one, other);
+  }
+}
+
 } // namespace
 
-/** \brief The points of a cloud, and how to move them to the camera. */
+/** \brief The points of a cloud and the pose of the camera. */
 struct CameraPixels::Points {
   const std::vector<std::array<double, 3>>& positions;
   Eigen::Matrix4d to_sensor;
+};
+
+/** \brief The slopes of the rays of points, as seen along an axis of the camera. */
+class CameraPixels::Slopes {
+public:
+  struct Slope {
+    double along_row;
+    double along_column;
+    bool is_ahead; ///< the point is before the camera; if not, there are no slopes
+  };
+
+  Slopes(const Points& points, int depth_axis, double depth_sign, int row, int column)
+  : positions_(points.positions)
+  , to_sensor_(points.to_sensor)
+  , depth_(depth_sign * to_sensor_.row(depth_axis))
+  , along_row_(to_sensor_.row(row))
+  , along_column_(to_sensor_.row(column))
+  {}
 
   std::size_t
   size() const
   {
-    return positions.size();
+    return positions_.size();
+  }
+
+  Slope
+  operator[](std::size_t point) const
+  {
+    const double depth = coordinate(point, depth_);
+    const double per_depth = 1.0 / depth;
+    return {coordinate(point, along_row_) * per_depth,
+            coordinate(point, along_column_) * per_depth,
+            depth > least_depth};
   }
 
   /** \brief Whether a point is at the sensor, as drivers write missing ones. */
   bool
   isMissing(std::size_t point) const
   {
-    return isAtSensor(
-        {coordinate(point, 0), coordinate(point, 1), coordinate(point, 2)});
+    return isAtSensor({coordinate(point, to_sensor_.row(0)),
+                       coordinate(point, to_sensor_.row(1)),
+                       coordinate(point, to_sensor_.row(2))});
   }
 
-  /** \brief Of a point in the coordinates of the camera. */
+private:
   double
-  coordinate(std::size_t point, int axis) const
+  coordinate(std::size_t point, const Eigen::RowVector4d& row) const
   {
-    const std::array<double, 3>& at = positions[point];
-    return to_sensor(axis, 0) * at[0] + to_sensor(axis, 1) * at[1] +
-           to_sensor(axis, 2) * at[2] + to_sensor(axis, 3);
+    const std::array<double, 3>& at = positions_[point];
+    return row[0] * at[0] + row[1] * at[1] + row[2] * at[2] + row[3];
   }
+
+  const std::vector<std::array<double, 3>>& positions_;
+  Eigen::Matrix4d to_sensor_;
+  Eigen::RowVector4d depth_;
+  Eigen::RowVector4d along_row_;
+  Eigen::RowVector4d along_column_;
 };
 
 bool
@@ -136,73 +196,79 @@ CameraPixels::find(const std::vector<std::array<double, 3>>& positions,
 {
   const Points points{positions, to_sensor.matrix()};
   const bool has_steps = columns_.count > 0;
-  if (has_steps && assign(points, pixels))
+  if (has_steps && assign(slopesOf(points), pixels))
     return true;
-  if (!(may_refit || has_steps) || !fit(points, pixels))
-    columns_.count = 0;
-  // Fits are rare, so that their memory is not kept.
-  along_row_ = std::vector<double>();
-  along_column_ = std::vector<double>();
-  return columns_.count > 0;
+  if ((may_refit || has_steps) && fit(points, pixels))
+    return true;
+  columns_.count = 0;
+  return false;
 }
 
 /** \brief Finds depth, rows and columns among the axes. */
 bool
 CameraPixels::fit(const Points& points, std::vector<std::uint32_t>& pixels)
 {
+  const std::size_t count = points.positions.size();
+  if (count < least_points)
+    return false;
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < count; ++i)
+    if (isChosen(i, count, enough))
+      chosen.push_back(i);
   for (int side = 0; side < 6; ++side) {
     depth_axis_ = side / 2;
     depth_sign_ = side % 2 == 0 ? 1.0 : -1.0;
     for (const int other : {1, 2}) {
       columns_.axis = (depth_axis_ + other) % 3;
       rows_.axis = 3 - depth_axis_ - columns_.axis;
-      if (!setSlopes(points))
+      const Slopes slopes = slopesOf(points);
+      if (!areAhead(slopes, chosen))
         break;
       // Points that are all on one side of the image seem to be before another axis, too.
-      if (hasRowsOfSteps() && findColumns() && findRows() && assign(points, pixels))
+      if (hasRowsOfSteps(slopes, chosen) && findColumns(slopes, chosen) &&
+          findRows(slopes) && assign(slopes, pixels))
         return true;
     }
   }
   return false;
 }
 
-/** \brief Sets the slopes of all points but missing ones.
- * \return false if more than a few are beside or behind the camera, or few before it
- */
-bool
-CameraPixels::setSlopes(const Points& points)
+CameraPixels::Slopes
+CameraPixels::slopesOf(const Points& points) const
 {
-  along_row_.clear();
-  along_column_.clear();
+  return {points, depth_axis_, depth_sign_, columns_.axis, rows_.axis};
+}
+
+/** \brief Whether the chosen points but missing ones are before the camera, or all but a
+ * few. */
+bool
+CameraPixels::areAhead(const Slopes& slopes, const std::vector<std::uint32_t>& chosen)
+{
+  std::size_t ahead = 0;
   std::size_t odd = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double depth = depth_sign_ * points.coordinate(i, depth_axis_);
-    const double along_row = points.coordinate(i, columns_.axis) / depth;
-    const double along_column = points.coordinate(i, rows_.axis) / depth;
-    if (depth > least_depth && std::abs(along_row) <= steepest &&
-        std::abs(along_column) <= steepest) {
-      along_row_.push_back(along_row);
-      along_column_.push_back(along_column);
-    }
-    else if (!points.isMissing(i) && ++odd > mostOdd(points.size()))
-      return false;
+  for (const std::uint32_t i : chosen) {
+    if (isSeen(slopes[i]))
+      ++ahead;
+    else
+      odd += slopes.isMissing(i) ? 0 : 1;
   }
-  return along_row_.size() >= least_points;
+  return ahead >= least_chosen && odd <= mostOdd(chosen.size());
 }
 
 /** \brief Whether most neighbours in the cloud are about a step apart along one axis, and
  * at one place on the other; sets the step. */
 bool
-CameraPixels::hasRowsOfSteps()
+CameraPixels::hasRowsOfSteps(const Slopes& slopes,
+                             const std::vector<std::uint32_t>& chosen)
 {
-  const std::size_t count = along_row_.size();
   std::vector<double> across;
   std::vector<double> along;
-  for (std::size_t i = 1; i < count; ++i)
-    if (isChosen(i, count, enough)) {
-      across.push_back(std::abs(along_column_[i] - along_column_[i - 1]));
-      along.push_back(along_row_[i] - along_row_[i - 1]);
-    }
+  forEachPair(slopes, chosen, 1, [&](const auto& one, const auto& next) {
+    across.push_back(std::abs(next.along_column - one.along_column));
+    along.push_back(next.along_row - one.along_row);
+  });
+  if (along.empty())
+    return false;
   const double step = quantileOf(along);
   const auto of_a_step =
       std::count_if(along.begin(), along.end(), [&](double distance) {
@@ -215,50 +281,52 @@ CameraPixels::hasRowsOfSteps()
 
 /** \brief Finds the columns, whose step is known roughly. */
 bool
-CameraPixels::findColumns()
+CameraPixels::findColumns(const Slopes& slopes,
+                          const std::vector<std::uint32_t>& chosen)
 {
-  const std::size_t count = along_row_.size();
   double& step = columns_.step;
   refineStep(
       [&](std::size_t places, const auto& add) {
-        for (std::size_t i = places; i < count; ++i)
-          if (isChosen(i, count, enough) &&
-              std::abs(along_column_[i] - along_column_[i - places]) <
-                  0.5 * std::abs(step))
-            add(along_row_[i] - along_row_[i - places]);
+        forEachPair(slopes, chosen, places, [&](const auto& one, const auto& other) {
+          if (std::abs(other.along_column - one.along_column) < 0.5 * std::abs(step))
+            add(other.along_row - one.along_row);
+        });
       },
       step);
   std::vector<double> sample;
-  for (std::size_t i = 0; i < count; ++i)
-    if (isChosen(i, count, enough))
-      sample.push_back(along_row_[i]);
+  for (const std::uint32_t i : chosen)
+    if (const auto slope = slopes[i]; isSeen(slope))
+      sample.push_back(slope.along_row);
   return setRange(sample, columns_);
 }
 
 /** \brief Finds the rows: one begins where the slopes of the columns go back. */
 bool
-CameraPixels::findRows()
+CameraPixels::findRows(const Slopes& slopes)
 {
-  std::vector<double> slopes; // mean of each row
-  const auto add_row = [&](std::size_t begin, std::size_t end) {
-    const double sum =
-        std::accumulate(along_column_.begin() + static_cast<std::ptrdiff_t>(begin),
-                        along_column_.begin() + static_cast<std::ptrdiff_t>(end),
-                        0.0);
-    slopes.push_back(sum / static_cast<double>(end - begin));
-  };
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i < along_row_.size(); ++i)
-    if ((along_row_[i] - along_row_[i - 1]) / columns_.step < -0.6) {
-      add_row(begin, i);
-      begin = i;
+  std::vector<double> rows; // mean slope of each
+  double sum = 0.0;
+  std::size_t count = 0;
+  double last = 0.0;
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    const auto slope = slopes[i];
+    if (!isSeen(slope))
+      continue;
+    if (count > 0 && (slope.along_row - last) * columns_.per_slope < -0.6) {
+      rows.push_back(sum / static_cast<double>(count));
+      sum = 0.0;
+      count = 0;
     }
-  add_row(begin, along_row_.size());
-  if (slopes.size() < least_rows)
+    sum += slope.along_column;
+    ++count;
+    last = slope.along_row;
+  }
+  rows.push_back(sum / static_cast<double>(count));
+  if (rows.size() < least_rows)
     return false;
   std::vector<double> steps;
-  for (std::size_t row = 1; row < slopes.size(); ++row)
-    steps.push_back(slopes[row] - slopes[row - 1]);
+  for (std::size_t row = 1; row < rows.size(); ++row)
+    steps.push_back(rows[row] - rows[row - 1]);
   double& step = rows_.step;
   step = quantileOf(steps);
   // Pixels are hardly ever longer than wide.
@@ -267,11 +335,11 @@ CameraPixels::findRows()
     return false;
   refineStep(
       [&](std::size_t places, const auto& add) {
-        for (std::size_t row = places; row < slopes.size(); ++row)
-          add(slopes[row] - slopes[row - places]);
+        for (std::size_t row = places; row < rows.size(); ++row)
+          add(rows[row] - rows[row - places]);
       },
       step);
-  return setRange(slopes, rows_);
+  return setRange(rows, rows_);
 }
 
 /** \brief Sets the pixels of all points.
@@ -279,27 +347,27 @@ CameraPixels::findRows()
  * pixels, or many between pixels
  */
 bool
-CameraPixels::assign(const Points& points, std::vector<std::uint32_t>& pixels) const
+CameraPixels::assign(const Slopes& slopes, std::vector<std::uint32_t>& pixels) const
 {
-  pixels.resize(points.size());
+  pixels.resize(slopes.size());
   double off = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    pixels[i] = nearestPixel(points, i, off);
-  if (!(off <= 2.0 * farthest_from_pixels * static_cast<double>(points.size())))
+  for (std::size_t i = 0; i < slopes.size(); ++i)
+    pixels[i] = nearestPixel(slopes, i, off);
+  if (!(off <= 2.0 * farthest_from_pixels * static_cast<double>(slopes.size())))
     return false;
   const std::uint32_t end = columns_.count * rows_.count;
   std::size_t odd = 0;
   std::uint32_t next = 0; // the least pixel that a point may be in
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
     const std::uint32_t nearest = pixels[i];
-    const std::uint32_t following = i + 1 < points.size() ? pixels[i + 1] : no_pixel;
+    const std::uint32_t following = i + 1 < slopes.size() ? pixels[i + 1] : no_pixel;
     const bool is_ahead = following >= next && following < nearest;
     if (nearest < next || is_ahead || nearest == no_pixel) {
       // Of two that seem to be in one pixel the second one is in the next.
-      odd += nearest + 1 == next || points.isMissing(i) ? 0 : 1;
+      odd += nearest + 1 == next || slopes.isMissing(i) ? 0 : 1;
       pixels[i] = next;
     }
-    if (pixels[i] >= end || odd > mostOdd(points.size()))
+    if (pixels[i] >= end || odd > mostOdd(slopes.size()))
       return false;
     next = pixels[i] + 1;
   }
@@ -310,20 +378,14 @@ CameraPixels::assign(const Points& points, std::vector<std::uint32_t>& pixels) c
  * \param[in,out] off how far points are from their pixels, in all, is added to
  */
 std::uint32_t
-CameraPixels::nearestPixel(const Points& points, std::size_t point, double& off) const
+CameraPixels::nearestPixel(const Slopes& slopes, std::size_t point, double& off) const
 {
-  const double depth = depth_sign_ * points.coordinate(point, depth_axis_);
-  if (!(depth > least_depth))
-    return no_pixel;
+  const Slopes::Slope slope = slopes[point];
   // From the upper left corner of the image.
-  const double right =
-      (points.coordinate(point, columns_.axis) / depth - columns_.begin) *
-          columns_.per_slope +
-      0.5;
-  const double down =
-      (points.coordinate(point, rows_.axis) / depth - rows_.begin) * rows_.per_slope +
-      0.5;
-  if (!(right >= 0.0 && right < columns_.count && down >= 0.0 && down < rows_.count))
+  const double right = (slope.along_row - columns_.begin) * columns_.per_slope + 0.5;
+  const double down = (slope.along_column - rows_.begin) * rows_.per_slope + 0.5;
+  if (!(slope.is_ahead && right >= 0.0 && right < columns_.count && down >= 0.0 &&
+        down < rows_.count))
     return no_pixel;
   const auto column = static_cast<std::uint32_t>(right);
   const auto row = static_cast<std::uint32_t>(down);

@@ -39,7 +39,7 @@ public:
 private:
   /** \brief The slopes of the pixels along one side of an image. */
   struct Side {
-    int axis = 0;
+    int axis = 0;       ///< of the camera's coordinates
     double begin = 0.0; ///< slope of the first pixel
     double step = 0.0;
     double per_slope = 0.0;  ///< 1 / step
@@ -47,35 +47,36 @@ private:
   };
 
   struct Points;
+  class Slopes;
 
   bool
   fit(const Points& points, std::vector<std::uint32_t>& pixels);
 
-  bool
-  setSlopes(const Points& points);
+  Slopes
+  slopesOf(const Points& points) const;
+
+  static bool
+  areAhead(const Slopes& slopes, const std::vector<std::uint32_t>& chosen);
 
   bool
-  hasRowsOfSteps();
+  hasRowsOfSteps(const Slopes& slopes, const std::vector<std::uint32_t>& chosen);
 
   bool
-  findColumns();
+  findColumns(const Slopes& slopes, const std::vector<std::uint32_t>& chosen);
 
   bool
-  findRows();
+  findRows(const Slopes& slopes);
 
   bool
-  assign(const Points& points, std::vector<std::uint32_t>& pixels) const;
+  assign(const Slopes& slopes, std::vector<std::uint32_t>& pixels) const;
 
   std::uint32_t
-  nearestPixel(const Points& points, std::size_t point, double& off) const;
+  nearestPixel(const Slopes& slopes, std::size_t point, double& off) const;
 
   int depth_axis_ = 0;
   double depth_sign_ = 1.0;
   Side columns_;
   Side rows_;
-  // Slopes of the points that are fitted to, within find().
-  std::vector<double> along_row_;
-  std::vector<double> along_column_;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::io

@@ -68,14 +68,15 @@ public:
   {
     constexpr std::size_t enough_pairs = 32;
     std::vector<std::size_t> every(row_count);
+    RowReader rows(*this);
     for (std::size_t i = 0; i < cloud_.size(); ++i)
-      every[rowOf(i)] += isMissing(i) ? 0 : 1;
+      every[rows.rowOf(i)] += isMissing(i) ? 0 : 1;
     for (std::size_t& count : every)
       count = std::max<std::size_t>(1, count / 2 / enough_pairs);
     std::vector<std::size_t> seen(row_count);
     std::vector<PixelPoint> points;
     for (std::size_t i = 0; i < cloud_.size(); ++i) {
-      const std::uint32_t row = rowOf(i);
+      const std::uint32_t row = rows.rowOf(i);
       if (!isMissing(i) && seen[row]++ / 2 % every[row] == 0)
         points.push_back(at(i));
     }
@@ -83,6 +84,28 @@ public:
   }
 
 private:
+  /** \brief Tells the rows of one point after the other without a division for each. */
+  class RowReader {
+  public:
+    explicit RowReader(const PixelPoints& points) : points_(points) {}
+
+    std::uint32_t
+    rowOf(std::size_t point)
+    {
+      if (points_.hasRings())
+        return points_.cloud_.rings[point];
+      const std::uint32_t pixel = points_.cloud_.pixels[point];
+      const std::uint32_t width = points_.cloud_.image.width;
+      if (pixel - row_ * width >= width)
+        row_ = pixel / width;
+      return row_;
+    }
+
+  private:
+    const PixelPoints& points_;
+    std::uint32_t row_ = 0; // of the last point
+  };
+
   bool
   isMissing(std::size_t point) const
   {

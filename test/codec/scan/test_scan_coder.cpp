@@ -3,6 +3,7 @@
 #include "codec/scan/plane.h"
 #include "codec/scan/point_places.h"
 #include "codec/scan/scan_coder.h"
+#include "codec/scan/scan_stripes.h"
 #include "codec/scan/symbol_coding.h"
 #include "codec/scan/symbol_table.h"
 #include "support/scan_frames.h"
@@ -349,6 +350,45 @@ TEST(ScanLocator, RefusesWhatIsTooFarAway)
         EXPECT_FALSE(locateAll(points, positions, frame)) << number << ", " << axis;
       }
   }
+}
+
+TEST(ScanStripes, HavePointsAsTheyAre)
+{
+  std::size_t beside = 0;
+  for (const bool is_camera : {true, false}) {
+    scan::ScanFrame whole = is_camera ? makeCamera() : makeLidar();
+    addPoints(whole, 4, !is_camera);
+    addFields(whole, 4);
+    const scan::ScanFrame part = scan::stripesOf(whole);
+    ASSERT_EQ(part.width, whole.width);
+    EXPECT_GT(20 * part.pixels.size(), whole.pixels.size());
+    EXPECT_LT(4 * part.pixels.size(), whole.pixels.size());
+    beside += part.beside.size();
+
+    const auto positions_of = [](scan::ScanFrame scan) {
+      scan.order = scan::PointOrder::Organised;
+      VoxelFrame frame;
+      scan::movePoints(scan, frame);
+      return frame.points.positions;
+    };
+    const auto of_whole = positions_of(whole);
+    const auto of_part = positions_of(part);
+    std::size_t same = 0;
+    for (std::size_t i = 0, j = 0; i < whole.pixels.size(); ++i) {
+      if (j == part.pixels.size() || whole.pixels[i] != part.pixels[j])
+        continue;
+      same += of_whole[i] == of_part[j] &&
+                      (whole.intensities.empty() ||
+                       whole.intensities[i] == part.intensities[j]) &&
+                      whole.fields[2].numbers[2 * i + 1] ==
+                          part.fields[2].numbers[2 * j + 1]
+                  ? 1
+                  : 0;
+      ++j;
+    }
+    EXPECT_EQ(same, part.pixels.size());
+  }
+  EXPECT_GT(beside, 0u);
 }
 
 } // namespace
