@@ -231,7 +231,9 @@ CloudStages::encodeCloud(PointBatches& points,
          scan_choice_->triesAgain(voxelization_.points_used)))
       return encodeAsIFrame(points, source, info, bytes);
     if (status.ok())
-      status = encodeScan(points, info, bytes);
+      status = is_i_frame_due && scan_choice_->prefersVoxels(scan_)
+                   ? encodeVoxels(points, source, info, bytes)
+                   : encodeScan(points, info, bytes);
   }
   // Its voxels could not follow a scan.
   else if (may_be_scan && !is_i_frame_due &&
@@ -329,7 +331,7 @@ CloudStages::encodeScan(PointBatches& points,
   if (!status.ok())
     return status;
   const bool is_i_frame = encoder_.statistics().is_i_frame;
-  if (!scan_choice_->wantsVoxels(scan_, bytes.size(), is_i_frame))
+  if (!scan_choice_->wantsVoxels(bytes.size(), is_i_frame))
     return status;
   const VoxelizationStatistics of_scan = voxelization_;
   const bool are_there =

@@ -14,9 +14,12 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 namespace {
 
 /** \brief I-frames after a trial that are not tried, if its result was clear. */
-constexpr unsigned int untried_i_frames = 15;
+constexpr unsigned int most_untried = 15;
 /** \brief It is, if the one takes so many times the bytes of the other. */
-constexpr std::size_t clear_ratio = 2;
+constexpr double clear_ratio = 2.0;
+/** \brief Of what is tried with a part of the points: so many times fewer are fewer of the
+ * whole. */
+constexpr double surely_fewer = 0.9;
 /** \brief A frame with more than so many times the bytes of a point shows another scene,
  * or rays that no longer fit. */
 constexpr double most_growth = 1.25;
@@ -44,42 +47,61 @@ isScanBetter(double as_scan, double as_voxels)
 } // namespace
 
 bool
-ScanChoice::wantsVoxels(const scan::ScanFrame& scan, std::size_t bytes, bool is_i_frame)
+ScanChoice::prefersVoxels(const scan::ScanFrame& scan)
 {
-  if (settings_.keep_order)
+  is_sampled_ = false;
+  if (settings_.keep_order || untried_i_frames_ > 0)
     return false;
-  if (is_i_frame)
-    return untried_i_frames_ == 0 && !isClearlyBetter(scan, bytes);
-  if (trial_ == nullptr || mayTakeVoxels(bytes))
-    return trial_ != nullptr;
-  addPFrame(bytes, bytes);
-  return false;
-}
-
-/** \brief Whether voxels would take many more bytes than the scan of an I-frame, by those
- * of a part of the points; then the trial is over. */
-bool
-ScanChoice::isClearlyBetter(const scan::ScanFrame& scan, std::size_t bytes)
-{
   scan::ScanFrame part = scan::stripesOf(scan);
-  const std::size_t part_points = part.pixels.size();
-  // Fewer tell little, and then the trial takes little time.
+  // Fewer points tell little, and then a trial takes little time.
   constexpr std::size_t least_points = 4096;
-  if (part_points < least_points)
+  if (part.pixels.size() < least_points ||
+      !Trial(settings_)
+           .encoder.encode(part, std::nullopt, bytes_, settings_.threads)
+           .ok())
     return false;
+  const auto as_scan = static_cast<double>(bytes_.size());
   VoxelFrame voxels;
   scan::movePoints(part, voxels);
   setVoxels(voxels);
   if (!Trial(settings_).encoder.encode(voxels, std::nullopt, bytes_).ok())
     return false;
-  const double as_voxels = static_cast<double>(bytes_.size()) *
-                           static_cast<double>(scan.pixels.size()) /
-                           static_cast<double>(part_points);
-  if (as_voxels <= static_cast<double>(clear_ratio * bytes))
+  // A part takes more bytes a point than the whole, above all as voxels.
+  const auto as_voxels = static_cast<double>(bytes_.size());
+  if (as_voxels > clear_ratio * as_scan) {
+    take(true, most_untried);
     return false;
-  takeScan();
-  untried_i_frames_ = untried_i_frames;
+  }
+  if (as_voxels > surely_fewer * as_scan)
+    return false;
+  take(false, clear_ratio * as_voxels < as_scan ? most_untried : 0);
   return true;
+}
+
+/** \brief Takes scans or voxels until the next trial.
+ * \param[in] untried_i_frames before it
+ */
+void
+ScanChoice::take(bool scan, unsigned int untried_i_frames)
+{
+  is_scan_ = scan;
+  is_sampled_ = true;
+  untried_i_frames_ = untried_i_frames;
+  tried_density_ = 0.0; // that of the frame
+  trial_.reset();
+}
+
+bool
+ScanChoice::wantsVoxels(std::size_t bytes, bool is_i_frame)
+{
+  if (settings_.keep_order)
+    return false;
+  if (is_i_frame)
+    return !is_sampled_ && untried_i_frames_ == 0;
+  if (trial_ == nullptr || mayTakeVoxels(bytes))
+    return trial_ != nullptr;
+  addPFrame(bytes, bytes);
+  return false;
 }
 
 bool
@@ -101,11 +123,13 @@ ScanChoice::takesVoxels(const VoxelFrame& voxels, std::size_t bytes, bool is_i_f
     wants_voxels_ = addPFrame(bytes, as_voxels);
     return false;
   }
-  is_scan_ = isScanBetter(static_cast<double>(bytes), static_cast<double>(as_voxels));
+  const double as_scan = static_cast<double>(bytes);
+  const double coded = static_cast<double>(as_voxels);
+  is_scan_ = isScanBetter(as_scan, coded);
   tried_density_ = 0.0; // that of the frame
   const bool is_clear =
-      std::max(bytes, as_voxels) > clear_ratio * std::min(bytes, as_voxels);
-  untried_i_frames_ = is_clear ? untried_i_frames : 0;
+      std::max(as_scan, coded) > clear_ratio * std::min(as_scan, coded);
+  untried_i_frames_ = is_clear ? most_untried : 0;
   trial_->as_scan.i_frame = bytes;
   trial_->as_voxels.i_frame = as_voxels;
   if (!is_scan_ || settings_.i_frame_rate <= 1)
@@ -152,7 +176,7 @@ ScanChoice::addPFrame(std::size_t as_scan, std::size_t as_voxels)
     return periodBytes(tried.i_frame, tried.p_frames, trial_frames / 2);
   };
   is_scan_ = isScanBetter(of_period(trial.as_scan), of_period(trial.as_voxels));
-  untried_i_frames_ = untried_i_frames;
+  untried_i_frames_ = most_untried;
   tried_density_ = 0.0;
   trial_.reset();
   return !is_scan_;

@@ -31,6 +31,11 @@ public:
     return may_be;
   }
 
+  /** \brief Whether the cloud of an I-frame is to be coded as voxels without a trial, by
+   * a part of its points. */
+  bool
+  prefersVoxels(const scan::ScanFrame& scan);
+
   /** \brief Takes into account what a frame takes as a scan.
    * \param[in] bytes as a scan
    * \param[in] is_i_frame so coded
@@ -38,7 +43,7 @@ public:
    * fewer bytes
    */
   bool
-  wantsVoxels(const scan::ScanFrame& scan, std::size_t bytes, bool is_i_frame);
+  wantsVoxels(std::size_t bytes, bool is_i_frame);
 
   /** \brief Takes into account what the frame takes as voxels.
    * \param[in] voxels of the same cloud
@@ -67,10 +72,7 @@ public:
   void
   takeScan()
   {
-    is_scan_ = true;
-    untried_i_frames_ = 0;
-    tried_density_ = 0.0;
-    trial_.reset();
+    take(true, 0);
   }
 
 private:
@@ -98,8 +100,8 @@ private:
   bool
   mayTakeVoxels(std::size_t as_scan) const;
 
-  bool
-  isClearlyBetter(const scan::ScanFrame& scan, std::size_t bytes);
+  void
+  take(bool scan, unsigned int untried_i_frames);
 
   bool
   addPFrame(std::size_t as_scan, std::size_t as_voxels);
@@ -107,6 +109,7 @@ private:
   EncoderSettings settings_;
   bool is_scan_ = false;              // by the last trial
   unsigned int untried_i_frames_ = 0; // that follow
+  bool is_sampled_ = false;           // a part of the points has told what to take
   bool is_tried_ = false; // the cloud is that of an I-frame that may be a scan
   // Of the last one that was.
   std::size_t tried_points_ = std::numeric_limits<std::size_t>::max();
