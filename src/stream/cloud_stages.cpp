@@ -450,7 +450,9 @@ CloudStages::describeFrame()
                                  frameWarning(statistics_,
                                               settings_,
                                               unit_,
-                                              is_scan_ ? VoxelFit() : voxelizer_->fit(),
+                                              is_scan_
+                                                  ? VoxelFit{scans_->isCoarsened(), {}}
+                                                  : voxelizer_->fit(),
                                               counts,
                                               contents_->fields().leftOut()));
       },

@@ -3,6 +3,7 @@
 
 #include "voxelizing/coordinate_step.h"
 #include "voxelizing/point_batches.h"
+#include "voxelizing/scan_collector.h"
 #include "voxels/grid_fit.h"
 
 #include <algorithm>
@@ -13,9 +14,6 @@
 namespace pcl_ext::PCL_EXT_ABI::io {
 
 namespace {
-
-/** \brief Voxels of a wide cloud are at most 2^4 times as wide as the settings say. */
-constexpr unsigned int most_doublings = 4;
 
 /** \brief How often a resolution has to be doubled until a grid may hold all points;
  * above most_doublings if that is not enough. */
@@ -46,8 +44,9 @@ endsInBox(PointBatches& points, const std::optional<BoundingBox>& box)
   return ends;
 }
 
+/** \param[in] depth of the grid that a wider one is to have */
 WiderGrid
-widerGridFor(PointBatches& points, const EncoderSettings& settings)
+widerGridFor(PointBatches& points, const EncoderSettings& settings, unsigned int depth)
 {
   const CoordinateEnds ends = endsInBox(points, settings.bounding_box);
   const bool has_fixed_origin =
@@ -62,8 +61,9 @@ widerGridFor(PointBatches& points, const EncoderSettings& settings)
                          origin[axis] - ends.lowest[axis]});
   }
   // One voxel less, so that a point at the end is inside.
-  wider.resolution = has_fixed_origin ? farthest / (std::exp2(max_grid_depth - 1) - 1.0)
-                                      : wider.width / (std::exp2(max_grid_depth) - 2.0);
+  const double side = std::exp2(depth);
+  wider.resolution =
+      has_fixed_origin ? farthest / (side / 2.0 - 1.0) : wider.width / (side - 2.0);
   return wider;
 }
 
@@ -89,7 +89,10 @@ CloudVoxelizer::voxelize(PointBatches& points,
     voxelizeWide(points, frame);
   wider_grid_.reset();
   if (statistics_.points_outside_grid > 0)
-    wider_grid_ = widerGridFor(points, settings_);
+    wider_grid_ = widerGridFor(
+        points,
+        settings_,
+        ScanCollector::isPossible(settings_, unit_) ? scan_grid_depth : max_grid_depth);
   return statistics_;
 }
 
@@ -171,7 +174,8 @@ CloudVoxelizer::findStep(PointBatches& points)
 }
 
 /** \brief Voxelizes with so few doublings that all points are on the grid, or, if some
- * are far out, all but a sixteenth; without doublings if there are none such. */
+ * are far out, all but a sixteenth; if there are none such with the most ones, where they
+ * keep many more points, else without. */
 void
 CloudVoxelizer::voxelizeWide(PointBatches& points, VoxelFrame& frame)
 {
@@ -198,8 +202,12 @@ CloudVoxelizer::voxelizeWide(PointBatches& points, VoxelFrame& frame)
   else
     while (are_many_outside() && doublings_ < most_doublings)
       voxelizeCoarsened(points, doublings_ + 1, frame);
-  if (are_many_outside() && doublings_ > 0)
-    voxelizeCoarsened(points, 0, frame);
+  if (!are_many_outside() || doublings_ == 0 || !takesIFrame())
+    return;
+  const std::size_t kept = statistics_.points_used;
+  voxelizeCoarsened(points, 0, frame);
+  if (kept > 2 * statistics_.points_used)
+    voxelizeCoarsened(points, most_doublings, frame);
 }
 
 /** \brief Voxelizes a cloud and the following ones with another edge. */

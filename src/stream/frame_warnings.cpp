@@ -259,8 +259,8 @@ frameWarning(const FrameStatistics& statistics,
 {
   std::string text;
   if (fit.is_coarsened)
-    text = "the cloud is wider than 2^21 voxels of " + numberOf(settings.resolution) +
-           " m: voxels of " + numberOf(statistics.voxelization.resolution) +
+    text = "the cloud is too wide for edges of " + numberOf(settings.resolution) +
+           " m: edges of " + numberOf(statistics.voxelization.resolution) +
            " m were used";
   warnOfPoints(statistics.voxelization, settings, unit, fit, text);
   warnOfIntensities(

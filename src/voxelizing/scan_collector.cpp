@@ -20,10 +20,10 @@ constexpr std::uint32_t no_point = ~std::uint32_t{0};
 } // namespace
 
 CompressionStatus
-orderStatus(const char* reason)
+orderStatus(const std::string& reason)
 {
   return {CompressionCode::InvalidInput,
-          SettingText{std::string("the order of a cloud cannot be kept: ") + reason}};
+          SettingText{"the order of a cloud cannot be kept: " + reason}};
 }
 
 ScanCollector::ScanCollector(const EncoderSettings& settings, IntensityUnit unit)
@@ -70,23 +70,25 @@ ScanCollector::collect(PointBatches& points,
     return true;
   if (cloud_.size() == 0 && (!settings_.keep_order || cloud_.image.width == 0))
     return false;
-  if (!grid_.setAround(sensor_pose, cloud_)) {
-    status = orderStatus("it is too far from the origin of its coordinates");
-    return false;
-  }
   has_layout_ = false; // until all is collected
-  scan.grid = grid_.grid();
-  scan.is_on_lattice = grid_.hasStep();
   was_free_ = scan.rays.shape == scan::RayShape::Free;
   most_pixels_ = mostPixels(fields);
-  if (!locateOnRays(sensor_pose, is_i_frame_due, scan) &&
-      !locateFree(sensor_pose, is_i_frame_due, scan)) {
-    const bool has_many = std::max(cloud_.pixelCount(), cloud_.size()) > most_pixels_;
+  if (is_i_frame_due)
+    grid_.refine();
+  bool is_located = false;
+  do
+    is_located = locateInGrid(sensor_pose, is_i_frame_due, scan);
+  while (!is_located && is_i_frame_due && grid_.coarsen());
+  if (!is_located) {
+    const std::uint64_t pixels = std::max(cloud_.pixelCount(), cloud_.size());
     status =
-        orderStatus(has_many ? "it has more pixels than decoders take"
-                             : "its points are 2^26 edges or more from each other: "
-                               "set {bounding_box} around the points to keep, or "
-                               "take a larger {resolution}");
+        orderStatus(pixels > most_pixels_
+                        ? "it has " + std::to_string(pixels) +
+                              " places for points, a frame at most " +
+                              std::to_string(most_pixels_) + ": leave {keep_order} out"
+                        : "its points are 2^26 edges or more from each other, or 2^40 "
+                          "from the origin of their coordinates: set {bounding_box} "
+                          "around the points to keep, or take a larger {resolution}");
     if (is_i_frame_due)
       wants_other_rays_ = std::exchange(was_on_rays_, false);
     return false;
@@ -106,6 +108,20 @@ ScanCollector::collect(PointBatches& points,
   status = setFields(fields, scan);
   has_layout_ = status.ok();
   return true;
+}
+
+/** \brief Puts the points on rays, or else where they are. */
+bool
+ScanCollector::locateInGrid(const WorldPose& sensor_pose,
+                            bool is_i_frame_due,
+                            scan::ScanFrame& scan)
+{
+  if (!grid_.setAround(sensor_pose, cloud_))
+    return false;
+  scan.grid = grid_.grid();
+  scan.is_on_lattice = grid_.hasStep();
+  return locateOnRays(sensor_pose, is_i_frame_due, scan) ||
+         locateFree(sensor_pose, is_i_frame_due, scan);
 }
 
 /** \brief Whether a cloud without points has the shape of a scan. */

@@ -18,13 +18,14 @@
 #include "voxelizing/sensor_rows.h"
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
 /** \brief The status of a cloud whose points are not coded in their order. */
 CompressionStatus
-orderStatus(const char* reason);
+orderStatus(const std::string& reason);
 
 /** \brief Makes scans of the clouds of one stream: on the rays of a sensor if there are
  * some, or near them, else as a sequence of points without rays. */
@@ -67,12 +68,24 @@ public:
     return wants_other_rays_;
   }
 
+  /** \brief Whether the edges of the last cloud are longer than set, as it is wide. */
+  bool
+  isCoarsened() const
+  {
+    return grid_.isCoarsened();
+  }
+
   void
   releaseMemory();
 
 private:
   std::uint64_t
   mostPixels(const FieldCollector& fields) const;
+
+  bool
+  locateInGrid(const WorldPose& sensor_pose,
+               bool is_i_frame_due,
+               scan::ScanFrame& scan);
 
   bool
   locateOnRays(const WorldPose& sensor_pose,

@@ -56,6 +56,7 @@ gridAround(const std::array<double, 3>& place,
 
 ScanGrid::ScanGrid(const EncoderSettings& settings)
 : resolution_(settings.resolution)
+, may_coarsen_(settings.coarsen_wide_clouds)
 , origin_(settings.origin)
 , may_have_step_(!settings.origin && !settings.bounding_box)
 {}
@@ -75,9 +76,21 @@ ScanGrid::findStep(PointBatches& points, bool is_i_frame_due)
 }
 
 bool
+ScanGrid::coarsen()
+{
+  if (!may_coarsen_ || hasStep() || doublings_ == most_doublings)
+    return false;
+  ++doublings_;
+  return true;
+}
+
+bool
 ScanGrid::setAround(const WorldPose& sensor_pose, const SensorCloud& cloud)
 {
-  const double edge = hasStep() ? step_ : resolution_;
+  const double edge =
+      hasStep() ? step_
+                : std::min(std::ldexp(resolution_, static_cast<int>(doublings_)),
+                           largest_resolution);
   std::array<double, 3> origin = origin_.value_or(VoxelGrid().origin);
   if (!origin_ && hasStep())
     origin.fill(-edge / 2.0);
@@ -87,9 +100,16 @@ ScanGrid::setAround(const WorldPose& sensor_pose, const SensorCloud& cloud)
   for (std::size_t axis = 0; axis < 3; ++axis)
     place[axis] = sensor_pose.translation()[static_cast<Eigen::Index>(axis)];
   double near = 0x1p19;
-  if (cloud.size() > 0 &&
-      !(farthestAxis(place, cloud.positions.front(), edge) < farthest)) {
-    place = cloud.positions.front();
+  // Not by points that are too far away anyway, as drivers write missing ones.
+  const auto first =
+      std::find_if(cloud.positions.begin(),
+                   cloud.positions.end(),
+                   [&](const std::array<double, 3>& position) {
+                     return farthestAxis(position, origin, edge) < farthest_steps;
+                   });
+  if (first != cloud.positions.end() &&
+      !(farthestAxis(place, *first, edge) < farthest)) {
+    place = *first;
     near = farthest; // any point may be the first one
   }
   if (grid_.resolution == edge && lattice_origin_ == origin &&

@@ -13,6 +13,12 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
+/** \brief Edges of wide clouds are at most 2^4 times as long as the settings say. */
+constexpr unsigned int most_doublings = 4;
+
+/** \brief The points of a scan are within so many doublings of an edge. */
+constexpr unsigned int scan_grid_depth = 26;
+
 /** \brief The grid in whose edges the places of a stream's scans are told, which changes
  * seldom, as each change takes an I-frame. */
 class ScanGrid {
@@ -33,6 +39,26 @@ public:
     return step_ > 0.0;
   }
 
+  /** \brief Takes the edge of the settings again. */
+  void
+  refine()
+  {
+    doublings_ = 0;
+  }
+
+  /** \brief Doubles the edge for the next cloud.
+   * \return false if the settings do not want it
+   */
+  bool
+  coarsen();
+
+  /** \brief Whether edges are longer than set, as clouds are too wide. */
+  bool
+  isCoarsened() const
+  {
+    return doublings_ > 0;
+  }
+
   /** \brief Sets the grid for a cloud: that of the settings or of the step.
    * \param[in] sensor_pose sensor -> world, metres
    * \return false if the points are too far from the origin of its lattice
@@ -49,9 +75,11 @@ public:
 
 private:
   double resolution_;
+  bool may_coarsen_;
   std::optional<std::array<double, 3>> origin_; // of the settings
   bool may_have_step_;
   double step_ = 0.0;
+  unsigned int doublings_ = 0; // of resolution_
   VoxelGrid grid_;
   std::array<double, 3> lattice_origin_{}; // that it is a part of
 };

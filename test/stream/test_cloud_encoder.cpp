@@ -104,7 +104,7 @@ TEST_F(WideClouds, AreCoarsenedAsFarAsNeededUntilTheyAreNarrow)
   // 1024 m are 10.24 million voxels of 0.1 mm; 2^21 * 8 are 16.8 million.
   const CompressionStatus status = encode(512.0f);
   EXPECT_TRUE(status.hasWarning());
-  EXPECT_NE(status.message().find("voxels of 0.0008 m were used"), std::string::npos)
+  EXPECT_NE(status.message().find("edges of 0.0008 m were used"), std::string::npos)
       << status;
   EXPECT_EQ(statistics().resolution, 8e-4);
   EXPECT_EQ(encoder_->frame().grid.resolution, 8e-4);
@@ -143,6 +143,30 @@ TEST_F(WideClouds, ManyPointsThatAreTooFarDoNotCostTheOthersTheirVoxels)
   encode(1000.0f);
   EXPECT_EQ(statistics().resolution, 1.6e-3);
   EXPECT_FALSE(encode(100.0f).hasWarning());
+  EXPECT_EQ(statistics().resolution, 1e-4);
+}
+
+TEST_F(WideClouds, KeepWhatTheyCanIfManyPointsAreTooFarForAnyGrid)
+{
+  for (int frame = 0; frame < 4; ++frame) {
+    EXPECT_TRUE(encode(5000.0f).hasWarning());
+    EXPECT_EQ(statistics().resolution, 1.6e-3);
+    // 1,677 m of 5,000 on each side.
+    EXPECT_EQ(statistics().points_used, 33u);
+    EXPECT_EQ(encoder_->statistics().coding.is_i_frame, frame % 2 == 0);
+  }
+}
+
+TEST_F(WideClouds, ThatKeepPointsAreCoarsenedForThese)
+{
+  settings_.keep_points = true;
+  for (int frame = 0; frame < 4; ++frame) {
+    EXPECT_TRUE(encode(5000.0f).hasWarning());
+    // 10 km are 1.5 * 2^26 times 0.1 mm.
+    EXPECT_EQ(statistics().resolution, 2e-4);
+    EXPECT_EQ(statistics().points_used, 101u);
+  }
+  EXPECT_FALSE(encode(100.037f).hasWarning());
   EXPECT_EQ(statistics().resolution, 1e-4);
 }
 

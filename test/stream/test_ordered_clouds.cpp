@@ -314,12 +314,14 @@ TEST(OrderedClouds, ThatCannotBeKeptAreLeftOut)
   stream.encode(points);
   Points with_far = points;
   with_far[3][1] = 1e6; // 2^29 edges away
-  stream.expectRefusal(
-      with_far,
-      "from each other: set bounding_box around the points to keep, or "
-      "take a larger resolution");
+  const char* const words = "from each other, or 2^40 from the origin of their "
+                            "coordinates: set bounding_box around the points to keep, "
+                            "or take a larger resolution";
+  stream.expectRefusal(with_far, words);
   with_far[3][1] = std::numeric_limits<double>::max();
-  stream.expectRefusal(with_far, "");
+  stream.expectRefusal(with_far, words);
+  std::swap(with_far.front(), with_far[3]);
+  stream.expectRefusal(with_far, words);
   stream.encode(points); // the stream goes on
 }
 } // namespace

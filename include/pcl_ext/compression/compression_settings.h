@@ -89,8 +89,9 @@ struct GridSettings {
 
   /** \brief For clouds wider than 2^21 voxels double the resolution as often as needed,
    * up to 16-fold, instead of leaving points out; the status warns of it. If that is
-   * not enough, up to a sixteenth of the points is left out, or with more far ones the
-   * resolution stays. Not for shares of a voxel face, whose unit is the voxel. */
+   * not enough, up to a sixteenth of the points is left out; with more far ones the
+   * resolution is 16-fold where that keeps more than twice as many points, or else it
+   * stays. Not for shares of a voxel face, whose unit is the voxel. */
   bool coarsen_wide_clouds = false;
 
   /** \brief Where all coordinates of a cloud are, to a quarter of the resolution,
