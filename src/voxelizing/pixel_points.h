@@ -68,7 +68,7 @@ public:
   {
     constexpr std::size_t enough_pairs = 32;
     std::vector<std::size_t> every(row_count);
-    RowReader rows(*this);
+    RowReader rows(cloud_);
     for (std::size_t i = 0; i < cloud_.size(); ++i)
       every[rows.rowOf(i)] += isMissing(i) ? 0 : 1;
     for (std::size_t& count : every)
@@ -87,22 +87,19 @@ private:
   /** \brief Tells the rows of one point after the other without a division for each. */
   class RowReader {
   public:
-    explicit RowReader(const PixelPoints& points) : points_(points) {}
+    explicit RowReader(const SensorCloud& cloud) : cloud_(cloud) {}
 
     std::uint32_t
     rowOf(std::size_t point)
     {
-      if (points_.hasRings())
-        return points_.cloud_.rings[point];
-      const std::uint32_t pixel = points_.cloud_.pixels[point];
-      const std::uint32_t width = points_.cloud_.image.width;
-      if (pixel - row_ * width >= width)
-        row_ = pixel / width;
+      const std::uint32_t pixel = cloud_.pixels[point];
+      if (pixel - row_ * cloud_.columns >= cloud_.columns)
+        row_ = pixel / cloud_.columns;
       return row_;
     }
 
   private:
-    const PixelPoints& points_;
+    const SensorCloud& cloud_;
     std::uint32_t row_ = 0; // of the last point
   };
 

@@ -320,12 +320,15 @@ StreamEncoder::noteLeftOut(const pcl::PCLPointCloud2& cloud)
 }
 
 /** \brief Notes what a frame would take if its points had another order, by encoding it
- * again; not with a budget, which may have changed the frame. */
+ * again; not with a budget, which may have changed the frame, nor for very many points,
+ * which take long. */
 void
 StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
 {
   const io::EncoderSettings& codec = settings_->compression;
-  if (!codec.keep_order || codec.max_rate > 0.0 || codec.max_encode_ms > 0.0)
+  constexpr std::uint64_t most_points = 1000000;
+  if (!codec.keep_order || codec.max_rate > 0.0 || codec.max_encode_ms > 0.0 ||
+      std::uint64_t{cloud.width} * cloud.height > most_points)
     return;
   nodes::SensorNodeSettings settings = *settings_;
   settings.compression.keep_order = false;
