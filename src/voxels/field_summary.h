@@ -74,8 +74,8 @@ meanColour(const FieldDescription& field,
 }
 
 /** \brief Makes one value of those that a field has in a voxel: the mean without those
- * that are NaN, of packed colours that of each channel, or of integers and of a single value the most frequent
- * one, the lowest of several.
+ * that are NaN, of packed colours that of each channel, or of integers and of a single
+ * value the most frequent one, the lowest of several.
  * \param[in] field type, without a step; integers have one value a point
  * \param[in,out] numbers not empty; may be sorted
  * \param[out] value of the field's type, in the machine's order of bytes
