@@ -50,7 +50,8 @@ bool
 ScanChoice::prefersVoxels(const scan::ScanFrame& scan)
 {
   is_sampled_ = false;
-  if (settings_.keep_order || untried_i_frames_ > 0)
+  // Of a sequence columns are no neighbours.
+  if (settings_.keep_order || untried_i_frames_ > 0 || scan.isSequence())
     return false;
   scan::ScanFrame part = scan::stripesOf(scan);
   // Fewer points tell little, and then a trial takes little time.

@@ -9,6 +9,7 @@
 
 #include "codec/scan/point_places.h"
 #include "stream/frame_encoder.h"
+#include "stream/scan_choice.h"
 #include "support/scan_frames.h"
 #include "support/voxel_frames.h"
 
@@ -464,5 +465,29 @@ INSTANTIATE_TEST_SUITE_P(,
                          Scans,
                          testing::ValuesIn(all_efforts),
                          [](const auto& effort) { return nameOf(effort.param); });
+
+TEST(ScanChoice, JudgesStripesOfColumnsButNotOfSequences)
+{
+  EncoderSettings settings;
+  settings.resolution = 0.001;
+  settings.keep_points = true;
+  ScanChoice choice(settings);
+  // Points in 27 voxels, without an order in these: a few bytes as voxels.
+  scan::ScanFrame scan = makeCamera();
+  scan.rays.shape = scan::RayShape::Free;
+  scan.rays.pose.vectors = {};
+  scan.width = 200;
+  scan.height = 200;
+  std::mt19937 random(1);
+  for (std::uint32_t pixel = 0; pixel < scan.pixelCount(); ++pixel) {
+    scan.pixels.push_back(pixel);
+    scan.depths.push_back(0);
+    const auto step = [&random] { return static_cast<std::int32_t>(random() % 3) - 1; };
+    scan.beside.push_back({pixel, {step(), step(), step()}});
+  }
+  EXPECT_TRUE(choice.prefersVoxels(scan));
+  scan.order = scan::PointOrder::RowByRow;
+  EXPECT_FALSE(ScanChoice(settings).prefersVoxels(scan));
+}
 
 } // namespace

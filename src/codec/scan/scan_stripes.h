@@ -8,7 +8,7 @@ namespace scan {
 
 /** \brief The points of some stripes of columns, a sample of neighbours from all parts of
  * a scan: about an eighth of the points.
- * \param[in] scan isConsistent()
+ * \param[in] scan isConsistent(), no sequence
  */
 ScanFrame
 stripesOf(const ScanFrame& scan);
