@@ -37,12 +37,12 @@ leastRate(const EncoderSettings& settings,
           double p_frame_bytes)
 {
   const double between = framesOfIFrame(settings, interval);
-  const auto bytesOf = [&](double frames) {
+  const auto bytes_of = [&](double frames) {
     const double i_frames = std::ceil(frames / between);
     return i_frames * i_frame_bytes + (frames - i_frames) * p_frame_bytes;
   };
-  const double second = bytesOf(std::max(std::ceil(1.0 / interval - 1e-6), 1.0));
-  const double mean = bytesOf(between) / (between * interval);
+  const double second = bytes_of(std::max(std::ceil(1.0 / interval - 1e-6), 1.0));
+  const double mean = bytes_of(between) / (between * interval);
   return 8.0 * std::max({second,
                          mean / most_rate_load,
                          i_frame_bytes / (settings.rate_buffer * most_rate_load)});

@@ -9,7 +9,7 @@ namespace {
 ChoiceFault
 faultOf(const EdgeTrial& trial, const EffortTrial& effort, const ChoiceLimits& limits)
 {
-  if (limits.kilobits && effort.limit > *limits.kilobits)
+  if (limits.kilobits && effort.least_rate > *limits.kilobits)
     return ChoiceFault::Rate;
   if (effort.ms > 1e3 * ChoiceLimits::busy_share * limits.period)
     return ChoiceFault::Time;

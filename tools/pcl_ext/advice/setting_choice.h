@@ -18,9 +18,9 @@ namespace tools {
 
 /** \brief What a stream takes with an edge and an effort. */
 struct EffortTrial {
-  double kilobits = 0.0; ///< a second
-  double ms = 0.0;       ///< of encoding a cloud, on this machine, median
-  double limit = 0.0;    ///< kbit/s, the least that it keeps within
+  double kilobits = 0.0;   ///< a second
+  double ms = 0.0;         ///< of encoding a cloud, on this machine, median
+  double least_rate = 0.0; ///< kbit/s, the lowest max_rate that it keeps within
 };
 
 /** \brief A stream with voxels of one edge. */
@@ -40,7 +40,7 @@ struct ChoiceLimits {
   static constexpr double usual_holes = 0.25;
   static constexpr double busy_share = 0.5; ///< of the period, for encoding
   double most_holes = usual_holes;
-  std::optional<double> kilobits; ///< of EffortTrial::limit
+  std::optional<double> kilobits; ///< of EffortTrial::least_rate
   double period = 0.0;            ///< seconds from cloud to cloud
 };
 
