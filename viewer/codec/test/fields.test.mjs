@@ -23,10 +23,10 @@ const points = [
   [[5.5, 3.6, -3.5], 40, 0.1, [0.1, 4]],
 ];
 
-/** The same of voxels: of the labels the most frequent or lowest, of the others the mean. */
+/** The same of voxels: of the labels the most frequent or lowest, of the others the mean without NaN. */
 const voxels = new Map([
   ["0,0,0", [-7, 1700000000.125, [0.25, -1]]],
-  ["1,0,0", [-2, 1700000000.5, [3, NaN]]],
+  ["1,0,0", [-2, 1700000000.5, [3, 0]]],
   ["5,2,-4", [2147483647, -Infinity, [NaN, 0.5]]],
   ["5,3,-4", [40, (0.1 + 0.1 + 0.1) / 3, [Math.fround(0.1), Math.fround(7 / 3)]]],
 ]);
