@@ -63,9 +63,8 @@ expectPoints(const VoxelFrame& frame, const scan::ScanFrame& scan)
   EXPECT_TRUE(frame.grid == scan.grid);
   ASSERT_EQ(frame.pointCount(), scan.pixels.size());
   std::vector<scan::Triple> places;
-  scan::PointPlaces next(scan);
-  for (std::size_t point = 0; point < scan.pixels.size(); ++point)
-    places.push_back(next.next());
+  scan::visitPlaces(scan,
+                    [&places](const scan::Triple& place) { places.push_back(place); });
   const std::vector<std::size_t> order = orderOf(scan);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::size_t point = order[i];

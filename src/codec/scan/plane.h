@@ -303,9 +303,10 @@ private:
           std::uint32_t first)
   {
     const std::uint32_t filler = left == at_sensor ? at_sensor : no_number;
-    std::uint32_t end = first;
+    std::uint32_t end = std::max(first, run_end_); // a run before has looked so far
     while (end < plane_.width && (end + 1 == plane_.width || !isNumber(above[end + 1])))
       ++end;
+    run_end_ = end;
     std::uint32_t run = 0;
     if constexpr (!CodingT::is_decoder) {
       while (first + run < end && numbers[first + run] == filler)
@@ -338,6 +339,7 @@ private:
     CodingT coding = coding_now; // in registers
     Around around{no_number, no_number, no_number, above[0]};
     std::uint32_t left_error = 0;
+    run_end_ = 0;
     for (std::uint32_t column = 0; column < plane_.width; ++column) {
       around.up_left = around.up;
       around.up = around.up_right;
@@ -488,6 +490,7 @@ private:
   const std::uint32_t* past_;
   std::vector<std::uint32_t> errors_;  // of the row above, then of the current one
   std::vector<std::uint32_t> nothing_; // the row above the first one
+  std::uint32_t run_end_ = 0;          // up to where a run of the row may go
   std::array<std::uint32_t, source_count> costs_{};
   Source around_source_ = from_edge; // or from_mean
   Source best_ = from_edge;          // of that and the past

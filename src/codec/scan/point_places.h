@@ -18,48 +18,42 @@ sensorPlace(const RayPose& pose)
           pose.origin[2] * (1 << 16)};
 }
 
-/** \brief Computes where the points of a frame are, one after the other. */
-class PointPlaces {
-public:
-  /** \param[in] frame must not change meanwhile */
-  explicit PointPlaces(const ScanFrame& frame) : frame_(frame), rays_(frame.rays) {}
-
-  /** \brief The place of the next point, edges from the grid's lowest corner in units of
-   * 2^-32. */
-  Triple
-  next()
-  {
-    const std::uint32_t pixel = frame_.pixels[point_];
-    const std::uint32_t depth = frame_.depths[point_];
-    const std::int32_t turn = frame_.turns.empty() ? 0 : frame_.turns[point_];
-    ++point_;
-    Triple place = sensorPlace(frame_.rays.pose);
-    if (depth != at_sensor) {
-      while (pixel >= row_end_) {
-        row_end_ += frame_.width;
-        row_begin_ = row_end_ - frame_.width + frame_.shiftOf(row_);
-        rays_.moveTo(row_++);
+/** \brief Computes where the points of a frame are.
+ * \param[in] put called with the place of each: edges from the grid's lowest corner in
+ * units of 2^-32
+ */
+template <class PutT>
+void
+visitPlaces(const ScanFrame& frame, const PutT& put)
+{
+  ScanRayReader rays(frame.rays);
+  const Triple sensor = sensorPlace(frame.rays.pose);
+  const std::int32_t* const turns = frame.turns.empty() ? nullptr : frame.turns.data();
+  auto beside = frame.beside.begin();
+  const std::size_t count = frame.pixels.size();
+  std::size_t point = 0;
+  for (std::uint32_t row = 0; point < count; ++row) {
+    const std::uint32_t row_begin = row * frame.width + frame.shiftOf(row);
+    const std::uint32_t row_end = (row + 1) * frame.width;
+    rays.moveTo(row);
+    for (; point < count && frame.pixels[point] < row_end; ++point) {
+      const std::uint32_t pixel = frame.pixels[point];
+      const std::uint32_t depth = frame.depths[point];
+      Triple place = sensor;
+      if (depth != at_sensor) {
+        const std::int32_t turn = turns != nullptr ? turns[point] : 0;
+        const Ray ray = rays.at(pixel - row_begin, turn);
+        place = {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)};
       }
-      const Ray ray = rays_.at(pixel - row_begin_, turn);
-      place = {ray.at(depth, 0), ray.at(depth, 1), ray.at(depth, 2)};
+      if (beside != frame.beside.end() && beside->pixel == pixel) {
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          place[axis] += std::int64_t{beside->steps[axis]} * (std::int64_t{1} << 32);
+        ++beside;
+      }
+      put(place);
     }
-    if (beside_ < frame_.beside.size() && frame_.beside[beside_].pixel == pixel) {
-      const PointBesideRay& point = frame_.beside[beside_++];
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        place[axis] += std::int64_t{point.steps[axis]} * (std::int64_t{1} << 32);
-    }
-    return place;
   }
-
-private:
-  const ScanFrame& frame_;
-  ScanRayReader rays_;
-  std::uint32_t row_ = 0;       // the next one
-  std::uint32_t row_end_ = 0;   // pixel after those of the current one
-  std::uint32_t row_begin_ = 0; // its first pixel that has a ray
-  std::size_t point_ = 0;
-  std::size_t beside_ = 0;
-};
+}
 
 } // namespace scan
 } // namespace pcl_ext::PCL_EXT_ABI::io

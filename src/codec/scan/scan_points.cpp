@@ -96,9 +96,7 @@ visitPositions(const ScanFrame& scan, const PutT& put)
                                              static_cast<double>(grid.first_index[1]),
                                              static_cast<double>(grid.first_index[2])};
   double farthest = 0.0;
-  PointPlaces places(scan);
-  for (std::size_t point = 0; point < scan.pixels.size(); ++point) {
-    const Triple place = places.next();
+  visitPlaces(scan, [&](const Triple& place) {
     std::array<double, 3> position;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // In edges first, as that product is exact: machines that round a product and a
@@ -106,10 +104,13 @@ visitPositions(const ScanFrame& scan, const PutT& put)
       const double edges = is_on_lattice ? static_cast<double>(place[axis] >> 32) + 0.5
                                          : 0x1p-32 * static_cast<double>(place[axis]);
       position[axis] = (first_index[axis] + edges) * resolution + origin[axis];
-      farthest = std::max(farthest, std::abs(position[axis]));
     }
+    farthest = std::max({farthest,
+                         std::abs(position[0]),
+                         std::abs(position[1]),
+                         std::abs(position[2])});
     put(position);
-  }
+  });
   return farthest;
 }
 

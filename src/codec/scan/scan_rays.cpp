@@ -1,6 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "codec/scan/scan_rays.h"
 
+#include "simd/bit_operations.h"
+
+#include <algorithm>
+
 namespace pcl_ext::PCL_EXT_ABI::io {
 namespace scan {
 
@@ -8,38 +12,39 @@ ScanRayReader::ScanRayReader(const ScanRays& rays) : rays_(rays)
 {
   if (rays_.shape != RayShape::Spinning)
     return;
+  setLowTurns();
   columns_.reserve(rays.columns.size());
   for (std::size_t column = 0; column < rays.columns.size(); ++column)
     columns_.push_back(columnAt(column));
 }
 
-ScanRayReader::Direction
-ScanRayReader::sum(const Direction& first, const Direction& second)
+/** \brief Sets the directions of angles that have only the lowest bits, of which all others
+ * begin, so that each bit is turned by once. */
+void
+ScanRayReader::setLowTurns()
 {
-  constexpr std::int64_t half = direction_length / 2;
-  return {(first.cosine * second.cosine - first.sine * second.sine + half) >> 30,
-          (first.sine * second.cosine + first.cosine * second.sine + half) >> 30};
+  constexpr std::size_t most_bits = 8;
+  low_turns_ = {{direction_length, 0}};
+  for (std::size_t bit = 0; bit < std::min(most_bits, rays_.turns.size()); ++bit)
+    for (std::size_t i = 0, end = low_turns_.size(); i < end; ++i)
+      low_turns_.push_back(
+          sum(low_turns_[i], {rays_.turns[bit][0], rays_.turns[bit][1]}));
 }
 
 ScanRayReader::Direction
 ScanRayReader::directionOf(std::int32_t steps) const
 {
-  Direction direction{direction_length, 0};
   const auto size =
       static_cast<std::uint32_t>(steps < 0 ? -std::int64_t{steps} : steps);
-  for (std::size_t bit = 0; bit < rays_.turns.size(); ++bit)
+  Direction direction = low_turns_[size % low_turns_.size()];
+  for (std::size_t bit = highestBit(static_cast<std::uint32_t>(low_turns_.size()));
+       bit < rays_.turns.size();
+       ++bit)
     if ((size >> bit & 1) != 0)
       direction = sum(direction, {rays_.turns[bit][0], rays_.turns[bit][1]});
   if (steps < 0)
     direction.sine = -direction.sine;
   return direction;
-}
-
-ScanRayReader::Direction
-ScanRayReader::directionOf(const RayRow& row, std::int32_t turn) const
-{
-  const Direction direction{row.cosine, row.sine};
-  return turn == 0 ? direction : sum(direction, directionOf(turn));
 }
 
 ScanRayReader::Column
@@ -60,27 +65,6 @@ ScanRayReader::columnAt(std::size_t index) const
     column.up[axis] = axes[2];
   }
   return column;
-}
-
-Ray
-ScanRayReader::spinningRay(std::uint32_t column_index, std::int32_t turn) const
-{
-  const Column& column = columns_[column_index];
-  const Direction direction = directionOf(row_, turn);
-  Ray ray;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t ahead =
-        (direction.cosine * column.ahead[axis] + direction.sine * column.left[axis]) >>
-        30;
-    const std::int64_t left =
-        (direction.cosine * column.left[axis] - direction.sine * column.ahead[axis]) >>
-        30;
-    ray.start[axis] =
-        column.origin[axis] +
-        ((row_.along * ahead + row_.across * left + row_.up * column.up[axis]) >> 14);
-    ray.step[axis] = (row_.run * ahead + row_.rise * column.up[axis]) >> 22;
-  }
-  return ray;
 }
 
 } // namespace scan

@@ -119,6 +119,7 @@ public:
   {
     if (rays_.shape == RayShape::Spinning) {
       row_ = rays_.rows[row];
+      row_direction_ = {row_.cosine, row_.sine};
       return;
     }
     const auto& vectors = rays_.pose.vectors;
@@ -159,13 +160,18 @@ private:
   };
 
   static Direction
-  sum(const Direction& first, const Direction& second);
+  sum(const Direction& first, const Direction& second)
+  {
+    constexpr std::int64_t half = direction_length / 2;
+    return {(first.cosine * second.cosine - first.sine * second.sine + half) >> 30,
+            (first.sine * second.cosine + first.cosine * second.sine + half) >> 30};
+  }
+
+  void
+  setLowTurns();
 
   Direction
   directionOf(std::int32_t steps) const;
-
-  Direction
-  directionOf(const RayRow& row, std::int32_t turn) const;
 
   Column
   columnAt(std::size_t index) const;
@@ -184,12 +190,33 @@ private:
   }
 
   Ray
-  spinningRay(std::uint32_t column, std::int32_t turn) const;
+  spinningRay(std::uint32_t column_index, std::int32_t turn) const
+  {
+    const Column& column = columns_[column_index];
+    const Direction direction =
+        turn == 0 ? row_direction_ : sum(row_direction_, directionOf(turn));
+    Ray ray;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t ahead = (direction.cosine * column.ahead[axis] +
+                                  direction.sine * column.left[axis]) >>
+                                 30;
+      const std::int64_t left = (direction.cosine * column.left[axis] -
+                                 direction.sine * column.ahead[axis]) >>
+                                30;
+      ray.start[axis] =
+          column.origin[axis] +
+          ((row_.along * ahead + row_.across * left + row_.up * column.up[axis]) >> 14);
+      ray.step[axis] = (row_.run * ahead + row_.rise * column.up[axis]) >> 22;
+    }
+    return ray;
+  }
 
   const ScanRays& rays_;
+  std::vector<Direction> low_turns_; // of the lowest bits of an angle
   std::vector<Column> columns_;
   // Of the row:
-  RayRow row_;          // of a spinning sensor
+  RayRow row_; // of a spinning sensor
+  Direction row_direction_{};
   Triple first_step_{}; // of a camera, at column 0
 };
 

@@ -219,21 +219,21 @@ placeOf(const scan::ScanFrame& frame, std::size_t point)
   return place;
 }
 
-TEST(PointPlaces, AreOnTheRays)
+TEST(PlacesOfPoints, AreOnTheRays)
 {
   scan::ScanFrame other_camera = makeCamera();
   other_camera.rays.has_half_depths = true;
   for (scan::ScanFrame frame : {makeCamera(), other_camera, makeLidar()}) {
     addPoints(frame, 9, frame.rays.shape == scan::RayShape::Spinning);
     frame.beside.clear();
-    scan::PointPlaces places(frame);
-    for (std::size_t point = 0; point < frame.pixels.size(); ++point) {
-      const scan::Triple place = places.next();
-      const std::array<double, 3> expected = placeOf(frame, point);
+    std::size_t point = 0;
+    scan::visitPlaces(frame, [&](const scan::Triple& place) {
+      const std::array<double, 3> expected = placeOf(frame, point++);
       for (std::size_t axis = 0; axis < 3; ++axis)
         ASSERT_NEAR(
             std::ldexp(static_cast<double>(place[axis]), -32), expected[axis], 0.002);
-    }
+    });
+    EXPECT_EQ(point, frame.pixels.size());
   }
 }
 
@@ -243,16 +243,15 @@ makePositions(const scan::ScanFrame& points, double most_off)
 {
   std::mt19937 random(13);
   std::uniform_real_distribution<double> noise(-most_off, most_off);
-  scan::PointPlaces places(points);
-  std::vector<std::array<double, 3>> positions(points.pixels.size());
-  for (std::array<double, 3>& position : positions) {
-    const scan::Triple place = places.next();
+  std::vector<std::array<double, 3>> positions;
+  scan::visitPlaces(points, [&](const scan::Triple& place) {
+    std::array<double, 3>& position = positions.emplace_back();
     for (std::size_t axis = 0; axis < 3; ++axis)
       position[axis] =
           (std::ldexp(static_cast<double>(place[axis]), -32) + noise(random)) *
               points.grid.resolution +
           points.grid.lowerCorner(axis);
-  }
+  });
   return positions;
 }
 
@@ -302,16 +301,17 @@ TEST(ScanLocator, NoCoordinateIsOffByMoreThanHalfAnEdge)
         if (frame.depths[point] == scan::at_sensor) {
           EXPECT_EQ(frame.turns[point], 0);
         }
-      scan::PointPlaces located(frame);
-      for (const std::array<double, 3>& position : positions) {
-        const scan::Triple place = located.next();
+      auto position = positions.begin();
+      scan::visitPlaces(frame, [&](const scan::Triple& place) {
         for (std::size_t axis = 0; axis < 3; ++axis)
           ASSERT_NEAR(std::ldexp(static_cast<double>(place[axis]), -32) *
                               frame.grid.resolution +
                           frame.grid.lowerCorner(axis),
-                      position[axis],
+                      (*position)[axis],
                       0.5 * frame.grid.resolution + 1e-9);
-      }
+        ++position;
+      });
+      EXPECT_EQ(position, positions.end());
     }
   }
 }

@@ -22,7 +22,7 @@ template <typename PointT>
 void
 fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
 {
-  // Static: g++ would build a local one member by member for each point, and copying it
+  // Static: g++ would build local ones member by member for each point, and copying them
   // immediately afterwards stalls the processor. White, as PCL has points without a
   // colour.
   static const PointT blank = [] {
@@ -30,15 +30,17 @@ fillCloud(const VoxelFrame& frame, pcl::PointCloud<PointT>& cloud)
     setColour(point, {255, 255, 255});
     return point;
   }();
+  static const PointT missing = [] {
+    PointT point = blank;
+    point.x = point.y = point.z = std::numeric_limits<float>::quiet_NaN();
+    return point;
+  }();
   cloud.resize(frame.cloudSize());
   cloud.width = static_cast<std::uint32_t>(frame.cloudWidth());
   cloud.height = frame.cloudHeight();
   cloud.is_dense = frame.isDense();
-  if (!cloud.is_dense) {
-    PointT missing = blank;
-    missing.x = missing.y = missing.z = std::numeric_limits<float>::quiet_NaN();
+  if (!cloud.is_dense)
     std::fill(cloud.points.begin(), cloud.points.end(), missing);
-  }
   PointT* const points = cloud.points.data();
   forEachPoint(frame,
                [&frame, points](std::size_t i,
