@@ -20,52 +20,14 @@ isImage(const ImageSize& size)
   return size.width > 1 && size.height > 1;
 }
 
-/** \brief Room for the points of a batch. It is made for some at a time, as many may be
- * missing. By pointers that nothing else changes, as there are many. */
-struct PointRoom {
-  PointRoom(SensorCloud& cloud,
-            std::size_t begin,
-            std::size_t most,
-            bool has_rings,
-            bool has_pixels)
-  : cloud_(cloud)
-  , begin_(begin)
-  , most_(most)
-  , has_rings_(has_rings)
-  , has_pixels_(has_pixels)
-  {}
-
-  void
-  grow()
-  {
-    constexpr std::size_t points_at_once = 4096;
-    size = std::min(size + points_at_once, most_);
-    positions = grown(cloud_.positions);
-    rings = has_rings_ ? grown(cloud_.rings) : nullptr;
-    pixels = has_pixels_ ? grown(cloud_.pixels) : nullptr;
-  }
-
-  std::size_t size = 0;
-  std::array<double, 3>* positions = nullptr;
-  std::uint32_t* rings = nullptr;
-  std::uint32_t* pixels = nullptr;
-
-private:
-  template <typename ElementT>
-  ElementT*
-  grown(std::vector<ElementT>& elements) const
-  {
-    if (elements.size() < begin_ + size)
-      elements.resize(begin_ + size);
-    return elements.data() + begin_;
-  }
-
-  SensorCloud& cloud_;
-  std::size_t begin_;
-  std::size_t most_;
-  bool has_rings_;
-  bool has_pixels_;
-};
+/** \brief Makes room for so many elements, of which some are there. */
+template <typename ElementT>
+void
+grow(std::vector<ElementT>& elements, std::size_t size)
+{
+  if (elements.size() < size)
+    elements.resize(size);
+}
 
 /** \brief Clears what is appended to; the rest is overwritten. */
 void
@@ -99,6 +61,9 @@ SensorCloudReader::read(PointBatches& points,
     cloud.rings.clear();
   if (cloud.image.width == 0)
     cloud.pixels.clear();
+  // Not filled before, as many points may be missing.
+  cloud.positions.reserve(points.size());
+  (cloud.image.width > 0 ? cloud.pixels : cloud.rings).reserve(points.size());
   first_ = 0;
   used_ = 0;
   points.restart();
@@ -126,21 +91,49 @@ SensorCloudReader::readBatch(const PointView& points,
                              const NumberT* coordinates,
                              SensorCloud& cloud)
 {
+  constexpr std::size_t points_at_once = 4096;
+  batch_.clear();
+  cloud.statistics.points += points.count;
+  for (std::size_t begin = 0; begin < points.count; begin += points_at_once) {
+    const std::size_t end = std::min(begin + points_at_once, points.count);
+    if (!readPart(points, coordinates, begin, end, cloud))
+      return false;
+  }
+  return true;
+}
+
+/** \brief Reads some of the points of a batch. */
+template <typename NumberT>
+bool
+SensorCloudReader::readPart(const PointView& points,
+                            const NumberT* coordinates,
+                            std::size_t begin,
+                            std::size_t end,
+                            SensorCloud& cloud)
+{
   std::optional<RingReader> rings;
   if (ring_)
     rings.emplace(points.fields[*ring_]);
   const bool has_pixels = cloud.image.width > 0;
   const std::size_t pixel_count = std::size_t{cloud.image.width} * cloud.image.height;
-  cloud.statistics.points += points.count;
   const bool has_attributes = contents_.intensities || contents_.colours ||
                               !contents_.fields->selected().empty();
-  batch_.resize(has_attributes ? points.count : 0);
-  PointRoom room(cloud, used_, points.count, rings.has_value(), has_pixels);
-  std::uint32_t* const batch = batch_.data();
+  const std::size_t before = batch_.size();
+  batch_.resize(has_attributes ? before + end - begin : 0);
+  grow(cloud.positions, used_ + end - begin);
+  if (rings)
+    grow(cloud.rings, used_ + end - begin);
+  if (has_pixels)
+    grow(cloud.pixels, used_ + end - begin);
+  // By pointers that nothing else changes, as there are many points.
+  std::array<double, 3>* const positions = cloud.positions.data() + used_;
+  std::uint32_t* const cloud_rings = rings ? cloud.rings.data() + used_ : nullptr;
+  std::uint32_t* const pixels = has_pixels ? cloud.pixels.data() + used_ : nullptr;
+  std::uint32_t* const batch = batch_.data() + before;
   std::size_t not_finite = 0;
   std::size_t outside_box = 0;
   std::size_t used = 0;
-  for (std::size_t i = 0; i < points.count; ++i) {
+  for (std::size_t i = begin; i < end; ++i) {
     const NumberT* const xyz =
         detail::atOffset(coordinates, i * points.coordinate_stride);
     if (!isFinite(xyz)) {
@@ -154,22 +147,20 @@ SensorCloudReader::readBatch(const PointView& points,
       ++outside_box;
       continue;
     }
-    if (used == room.size)
-      room.grow();
     if (rings)
-      room.rings[used] = rings->row(i);
+      cloud_rings[used] = rings->row(i);
     else if (has_pixels) {
       const std::size_t pixel =
           points.pixels != nullptr ? points.pixels[i] : first_ + i;
       if (pixel >= pixel_count)
         return false;
-      room.pixels[used] = static_cast<std::uint32_t>(pixel);
+      pixels[used] = static_cast<std::uint32_t>(pixel);
     }
     if (has_attributes)
       batch[used] = static_cast<std::uint32_t>(i);
-    room.positions[used++] = position;
+    positions[used++] = position;
   }
-  batch_.resize(has_attributes ? used : 0);
+  batch_.resize(has_attributes ? before + used : 0);
   used_ += used;
   cloud.statistics.points_not_finite += not_finite;
   cloud.statistics.points_outside_box += outside_box;

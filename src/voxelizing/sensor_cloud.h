@@ -75,6 +75,14 @@ private:
   bool
   readBatch(const PointView& points, const NumberT* coordinates, SensorCloud& cloud);
 
+  template <typename NumberT>
+  bool
+  readPart(const PointView& points,
+           const NumberT* coordinates,
+           std::size_t begin,
+           std::size_t end,
+           SensorCloud& cloud);
+
   void
   readAttributes(const PointView& points, SensorCloud& cloud) const;
 
