@@ -13,8 +13,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 io::CompressionStatus
 ArrayDecoder::decode(const std::uint8_t* bytes,
@@ -118,5 +117,4 @@ ArrayDecoder::statistics() const
   return decoder_.statistics();
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -16,8 +16,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief Decodes the frames of one stream.
  *
@@ -94,5 +93,4 @@ private:
   bool is_of_changes_ = false; // the last frame, which frame_ then lacks
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief A cloud to encode, and what belongs to it. */
 struct CloudToEncode {
@@ -89,5 +88,4 @@ private:
   std::vector<float> intensities_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

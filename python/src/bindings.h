@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -72,5 +71,4 @@ addCodec(py::module_& module);
 void
 addRecordings(py::module_& module);
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -3,8 +3,7 @@
 
 #include <utility>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 using recording::RecordingCode;
 
@@ -94,5 +93,4 @@ codeName(RecordingCode code)
   return "unknown";
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

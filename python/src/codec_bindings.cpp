@@ -19,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -361,5 +360,4 @@ addCodec(py::module_& module)
   module.def("field_types", &fieldTypes);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -97,5 +96,4 @@ numberOf(const std::string& name, const py::object& object);
 std::vector<double>
 numbersOf(const char* name, const py::object& object, std::size_t count);
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

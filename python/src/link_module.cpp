@@ -24,8 +24,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -291,5 +290,4 @@ PYBIND11_MODULE(_link, module)
       .def("statistics", &Subscriber::statistics);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -255,5 +254,4 @@ addRecordings(py::module_& module)
   addWriter(module);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

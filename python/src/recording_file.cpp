@@ -8,8 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 using recording::RecordingStatus;
 
@@ -225,5 +224,4 @@ RecordingOutput::abandon()
   writer_.reset();
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

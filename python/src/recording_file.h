@@ -18,8 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief A RecordingReader and the decoders of its streams.
  *
@@ -141,5 +140,4 @@ private:
   Written written_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

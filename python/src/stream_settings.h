@@ -13,8 +13,7 @@
 
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -66,5 +65,4 @@ encoderSettings();
 py::dict
 defaultSettings();
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

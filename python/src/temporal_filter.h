@@ -10,8 +10,7 @@
 #include <chrono>
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief Settings of a TemporalFilter. */
 struct TemporalFilterSettings {
@@ -40,5 +39,4 @@ private:
   std::optional<std::array<double, 3>> sensor_position_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 void
 ChunkBuilder::add(const MessagePrefix& prefix, const std::vector<std::uint8_t>& message)
@@ -54,5 +53,4 @@ ChunkBuilder::take(bool is_compressed,
   return index;
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

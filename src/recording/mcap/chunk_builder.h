@@ -8,8 +8,7 @@
 #include <map>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief A chunk to which messages are added until it is written. */
 class ChunkBuilder {
@@ -43,5 +42,4 @@ private:
   std::uint64_t end_time_ = 0;
 };
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

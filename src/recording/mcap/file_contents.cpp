@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -381,5 +380,4 @@ findContents(const InputFile& file, const ChannelFilter& wants, FileContents& co
   return {};
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

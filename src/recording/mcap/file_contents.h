@@ -6,8 +6,7 @@
 #include "recording/bag_contents.h"
 #include "recording/files.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief True if a file has the magic bytes of MCAP at its beginning or, if these are
  * damaged, at its end. */
@@ -24,5 +23,4 @@ isMcapFile(const InputFile& file);
 RecordingStatus
 findContents(const InputFile& file, const ChannelFilter& wants, FileContents& contents);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

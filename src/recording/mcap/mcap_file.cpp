@@ -4,8 +4,7 @@
 #include "recording/mcap/file_contents.h"
 #include "recording/mcap/record_access.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -86,5 +85,4 @@ McapFile::readAttachment(const RecordExtent& extent, McapAttachment& attachment)
          parse(record_.data(), record_.size(), attachment);
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

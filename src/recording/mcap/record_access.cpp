@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -151,5 +150,4 @@ loadChunk(const ReadAt& read,
   return failure + "; its messages are lost";
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

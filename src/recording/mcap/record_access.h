@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief Reads bytes at a section; false unless all of them were read. */
 using ReadAt =
@@ -98,5 +97,4 @@ readRecord(const InputFile& file,
            Opcode opcode,
            std::vector<std::uint8_t>& content);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

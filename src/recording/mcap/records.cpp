@@ -11,8 +11,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -388,5 +387,4 @@ checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum)
   return static_cast<std::uint32_t>(crc32_z(checksum, bytes, size));
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -9,8 +9,7 @@
 #include <map>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 namespace {
 
@@ -426,5 +425,4 @@ findContents(const InputFile& file,
   return ContentsFinder(file, wants, connections, contents).find();
 }
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

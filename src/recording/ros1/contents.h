@@ -5,8 +5,7 @@
 #include "recording/files.h"
 #include "recording/ros1/connections.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 /** \brief Finds the contents of a bag of ROS 1: by the indexes behind its chunks and the
  * connections at its end; where those are missing, as of a bag that was cut off, chunks
@@ -21,5 +20,4 @@ findContents(const InputFile& file,
              Connections& connections,
              FileContents& contents);
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

@@ -5,8 +5,7 @@
 #include "recording/ros1/records.h"
 #include "recording/span_reader.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 namespace {
 
@@ -78,5 +77,4 @@ Ros1File::read(const MessagePlace& place,
   return takeMessage(record.fields, message, channel_id);
 }
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

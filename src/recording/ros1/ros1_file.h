@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 /** \brief A bag of ROS 1. */
 class Ros1File : public BagFile {
@@ -38,5 +37,4 @@ private:
   Connections connections_;
 };
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

@@ -11,8 +11,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 namespace {
 
@@ -402,5 +401,4 @@ BagDatabase::read(const MessagePlace& place,
   return failure.empty() ? failure : "message " + std::to_string(row) + ": " + failure;
 }
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

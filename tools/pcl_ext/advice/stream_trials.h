@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What is tried. */
 struct TrialOptions {
@@ -52,5 +51,4 @@ tryStream(const TrialOptions& options,
           std::size_t streams,
           const std::function<void()>& advance);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

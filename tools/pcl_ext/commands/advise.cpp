@@ -23,8 +23,7 @@
 #include <optional>
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -349,5 +348,4 @@ addAdvise(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::McapMessage;
 using Outcome = CloudInWork::Outcome;
@@ -482,5 +481,4 @@ BagEncoding::bytesASecond() const
   return rate;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -295,5 +294,4 @@ encodeBags(const EncodeOptions& options,
   return BagsEncoding(options, bags, manifest_options).run();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 bool
 remarkOnStream(Console& console,
@@ -62,5 +61,4 @@ addViewpoints(Console& console,
     viewpoints.addTo(metadata);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

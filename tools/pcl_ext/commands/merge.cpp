@@ -13,8 +13,7 @@
 #include <memory>
 #include <optional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -374,5 +373,4 @@ addMerge(CLI::App& app)
   return [options] { return Merge(*options).run(); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -21,8 +21,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -477,5 +476,4 @@ openMcapPipe(Descriptor descriptor,
   return std::make_unique<McapPipe>(std::move(descriptor), name, options);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 class FrameOutput;
 
@@ -239,5 +238,4 @@ void
 checkTopics(const std::vector<std::string>& chosen,
             const std::vector<std::string>& topics);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

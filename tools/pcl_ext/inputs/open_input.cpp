@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -89,5 +88,4 @@ checkTopics(const std::vector<std::string>& chosen,
   }
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

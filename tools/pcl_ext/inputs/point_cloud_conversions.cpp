@@ -10,8 +10,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -240,5 +239,4 @@ topicOf(const std::string& stream)
   return stream;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -18,8 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Which frames of a recording are wanted; all conditions together. */
 struct Selection {
@@ -219,5 +218,4 @@ private:
 std::string
 describe(const recording::RecordingDamage& damage);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

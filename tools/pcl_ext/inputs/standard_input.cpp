@@ -13,8 +13,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -182,5 +181,4 @@ shown(std::string text)
   return text;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

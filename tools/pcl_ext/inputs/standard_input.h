@@ -7,8 +7,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief An open file, which is closed with this. */
 class Descriptor {
@@ -72,5 +71,4 @@ streamNameOfInput(const std::string& path);
 std::string
 shown(std::string text);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -174,5 +173,4 @@ PlayedClouds::encode(const InputCloud& cloud, LiveOutput& output)
   ++frames_;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

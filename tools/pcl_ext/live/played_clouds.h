@@ -20,8 +20,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Encodes the clouds of files or of a bag at the pace of their times, and passes
  * the frames on. Clouds for which the machine is too slow are left out. */
@@ -136,5 +135,4 @@ private:
   std::chrono::nanoseconds blocked_{0}; // by the output, since clouds were in time
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Options of decoding. */
 struct DecodingOptions {
@@ -42,5 +41,4 @@ remarkWithoutIntensities(const std::string& stream)
 void
 addLimits(CLI::App& app, io::DecoderLimits& limits);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds --remove-outliers, and --unit, which needs it. */
 void
@@ -213,5 +212,4 @@ private:
   DensityUnit unit_ = DensityUnit::Automatic;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -22,8 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief True if the user gave an option. */
 inline bool
@@ -250,5 +249,4 @@ addQuiet(CLI::App& app, bool& is_quiet)
                "no progress and no remarks; errors and the last line stay");
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief The name of a stream as a topic: with a slash, which names of files lack. */
 std::string
@@ -111,5 +110,4 @@ private:
   std::size_t lost_ = 0;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <set>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::McapChannel;
 using recording::McapChunking;
@@ -85,5 +84,4 @@ DecodedBag::finish(RecordingInput& input)
   return output_.finish();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief A bag with the decoded clouds of a recording as sensor_msgs/msg/PointCloud2,
  * and with all other messages of a bag. Failures throw std::runtime_error. */
@@ -64,5 +63,4 @@ private:
   recording::McapMessage message_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -13,8 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -198,5 +197,4 @@ Manifest::append(const nlohmann::ordered_json& line)
     throwError("cannot write", path_);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

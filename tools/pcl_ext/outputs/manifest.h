@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What tells whether an input has changed. */
 struct InputState {
@@ -96,5 +95,4 @@ private:
   std::map<std::string, nlohmann::ordered_json> lines_; // by the name of the output
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,8 +15,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -288,5 +287,4 @@ Centre::finish()
   grid_->map.finish(node);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -21,8 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Settings of a Centre. */
 struct CentreOptions {
@@ -178,5 +177,4 @@ private:
   nodes::Time kept_{0};                     // of the latest frame of a replay
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

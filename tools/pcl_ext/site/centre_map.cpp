@@ -21,8 +21,7 @@
 #include <optional>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 class CentreMap::Implementation {
 public:
@@ -303,5 +302,4 @@ CentreMap::counts() const
   return implementation_ ? implementation_->counts() : nodes::MapCounts();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

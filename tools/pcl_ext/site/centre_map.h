@@ -11,8 +11,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief An OctoMap that is fed with the streams of a site. */
 struct CentreMapOptions {
@@ -78,5 +77,4 @@ private:
   std::unique_ptr<Implementation> implementation_; // null: no map
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

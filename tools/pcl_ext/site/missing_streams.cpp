@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <set>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -126,5 +125,4 @@ MissingStreams::report(const link::SubscriberStatistics& statistics, bool may_li
   return true;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Tells why a receiver gets nothing, or not all streams that it names, by the
  * streams that the server has. */
@@ -53,5 +52,4 @@ private:
   bool has_remarked_ = false;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -13,8 +13,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -254,5 +253,4 @@ RotatedRecording::finish()
   complete(current_);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

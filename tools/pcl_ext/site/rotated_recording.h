@@ -16,8 +16,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief When a recording goes on in another file. */
 struct Rotation {
@@ -139,5 +138,4 @@ private:
   Clock::time_point last_flush_{};
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -19,8 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What a receiver of a site has done. */
 struct SiteFigures {
@@ -59,5 +58,4 @@ slownessOf(const nodes::MapCounts& mapped);
 bool
 report(const SiteFigures& figures, Console& console);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief A cloud on its way to a frame. */
 struct CloudInWork {
@@ -142,5 +141,4 @@ private:
   EncodedStreamReport report_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -20,8 +20,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -520,5 +519,4 @@ StreamEncoder::whyNothingWasEncoded() const
          ": choose --crop, --bounding-box or --origin to hold some of them";
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

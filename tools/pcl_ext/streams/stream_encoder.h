@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Sums over the frames of a stream. */
 struct EncodedSums {
@@ -290,5 +289,4 @@ private:
   std::string extent_; ///< of the first cloud, in the world
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 #include <iterator>
 #include <limits>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 bool
 addZeros(const pcl::PCLPointCloud2& cloud,
@@ -52,5 +51,4 @@ addZeros(const pcl::PCLPointCloud2& cloud,
   return true;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

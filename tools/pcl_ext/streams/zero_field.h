@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Makes a cloud with a further field of zeros, FLOAT32, behind the other bytes of
  * a point, without the fields of that name, which cannot be read.
@@ -17,5 +16,4 @@ addZeros(const pcl::PCLPointCloud2& cloud,
          const std::string& name,
          pcl::PCLPointCloud2& with_zeros);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools
