@@ -15,7 +15,7 @@ constexpr std::size_t alignment = 4;
 CdrReader::CdrReader(const std::uint8_t* bytes,
                      std::size_t size,
                      MessageEncoding encoding)
-: bytes_(bytes), size_(size), encoding_(encoding)
+: SpanReader(bytes, size), encoding_(encoding)
 {
   if (encoding == MessageEncoding::Ros1)
     return;
@@ -25,27 +25,14 @@ CdrReader::CdrReader(const std::uint8_t* bytes,
   constexpr std::uint8_t first_of_version_2 = 6;
   constexpr std::uint8_t first_delimited = 8;
   constexpr std::uint8_t last_of_version_2 = 9;
-  if (size < encapsulation_size || bytes[0] != 0 || bytes[1] > last_of_version_2 ||
-      (bytes[1] > last_of_version_1 && bytes[1] < first_of_version_2)) {
-    has_failed_ = true;
+  const std::uint8_t* const header = take(encapsulation_size);
+  if (header == nullptr || header[0] != 0 || header[1] > last_of_version_2 ||
+      (header[1] > last_of_version_1 && header[1] < first_of_version_2)) {
+    fail();
     return;
   }
-  is_big_endian_ = bytes[1] % 2 == 0;
-  is_delimited_ = bytes[1] >= first_delimited;
-  bytes_ += encapsulation_size;
-  size_ -= encapsulation_size;
-}
-
-const std::uint8_t*
-CdrReader::take(std::size_t count)
-{
-  if (has_failed_ || count > size_ - position_) {
-    has_failed_ = true;
-    return nullptr;
-  }
-  const std::uint8_t* const begin = bytes_ + position_;
-  position_ += count;
-  return begin;
+  is_big_endian_ = header[1] % 2 == 0;
+  is_delimited_ = header[1] >= first_delimited;
 }
 
 void
@@ -55,18 +42,12 @@ CdrReader::begin()
     u32();
 }
 
-std::uint8_t
-CdrReader::u8()
-{
-  const std::uint8_t* const byte = take(1);
-  return byte == nullptr ? std::uint8_t{0} : *byte;
-}
-
 std::uint32_t
 CdrReader::u32()
 {
+  // The encapsulation header has the size of an alignment.
   if (encoding_ == MessageEncoding::Cdr)
-    take((alignment - position_ % alignment) % alignment);
+    take((alignment - position() % alignment) % alignment);
   const std::uint8_t* const begin = take(alignment);
   std::uint32_t number = 0;
   for (std::size_t i = 0; begin != nullptr && i < alignment; ++i)
@@ -91,11 +72,9 @@ std::uint32_t
 CdrReader::sequenceSize(std::size_t least_size)
 {
   const std::uint32_t size = u32();
-  if (has_failed_ || size > (size_ - position_) / least_size) {
-    has_failed_ = true;
-    return 0;
-  }
-  return size;
+  if (size > remaining() / least_size)
+    fail();
+  return failed() ? 0 : size;
 }
 
 CdrWriter::CdrWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes)

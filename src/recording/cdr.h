@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/version.h>
+#include "recording/span_reader.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -16,11 +16,13 @@ enum class MessageEncoding { Cdr, Ros1 };
 
 /** \brief Reads the fields of a message, of either byte order. Fields of more than four
  * bytes, whose alignment depends on the version of CDR, are not read.
- *
- * Errors are sticky: after a read beyond the end all reads return 0 or nothing.
  */
-class CdrReader {
+class CdrReader : private SpanReader {
 public:
+  using SpanReader::failed;
+  using SpanReader::take;
+  using SpanReader::u8;
+
   CdrReader(const std::uint8_t* bytes,
             std::size_t size,
             MessageEncoding encoding = MessageEncoding::Cdr);
@@ -29,9 +31,6 @@ public:
    * CDR has its size before it, which is skipped. */
   void
   begin();
-
-  std::uint8_t
-  u8();
 
   std::uint32_t
   u32();
@@ -46,25 +45,10 @@ public:
   std::uint32_t
   sequenceSize(std::size_t least_size);
 
-  /** \brief Skips bytes and returns where they are; null if there are not as many. */
-  const std::uint8_t*
-  take(std::size_t count);
-
-  bool
-  failed() const
-  {
-    return has_failed_;
-  }
-
 private:
-  const std::uint8_t*
-      bytes_; // after the encapsulation header, to which fields are aligned
-  std::size_t size_;
-  std::size_t position_ = 0;
   MessageEncoding encoding_;
   bool is_big_endian_ = false;
   bool is_delimited_ = false;
-  bool has_failed_ = false;
 };
 
 /** \brief Writes the fields of a message in CDR, little-endian. */
@@ -85,7 +69,6 @@ public:
   void
   string(const std::string& text);
 
-  /** \brief A sequence of bytes. */
   void
   sequence(const std::vector<std::uint8_t>& bytes);
 

@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap_frames.h"
 
-#include "recording/format_name.h"
-
 #include <algorithm>
 #include <map>
 #include <tuple>
@@ -16,7 +14,6 @@ constexpr std::size_t no_stream = ~std::size_t{0};
 
 } // namespace
 
-/** \brief Reads the cloud of the message. */
 RecordingStatus
 McapFrames::readCloud()
 {

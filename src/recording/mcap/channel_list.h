@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <map>
 #include <utility>
-#include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 

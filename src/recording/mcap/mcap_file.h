@@ -10,6 +10,11 @@
 
 namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
+/** \brief True if a file has the magic bytes of MCAP at its beginning or, if these are
+ * damaged, at its end. */
+bool
+isMcapFile(const InputFile& file);
+
 /** \brief An MCAP file. */
 class McapFile : public BagFile {
 public:
@@ -18,6 +23,8 @@ public:
   : BagFile(std::move(file)), cache_(cache)
   {}
 
+  /** \brief Finds channels and messages by the summary or, without one or if it does not
+   * tell of all messages, by reading all of the file. */
   RecordingStatus
   findContents(const ChannelFilter& wants, FileContents& contents) override;
 

@@ -97,4 +97,14 @@ readRecord(const InputFile& file,
            Opcode opcode,
            std::vector<std::uint8_t>& content);
 
+/** \brief Reads the content of a message.
+ * \param[out] message its channel is not set; memory is reused
+ * \return false if it is too short
+ */
+bool
+readMessage(const std::uint8_t* content,
+            std::size_t size,
+            McapMessage& message,
+            std::uint16_t& channel_id);
+
 } // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -76,7 +76,6 @@ fieldsOf(RecordT& record)
     return std::tie(record.offset, record.length);
 }
 
-/** \brief Writes fields. */
 class FieldWriter : public io::ByteWriter {
 public:
   using ByteWriter::ByteWriter;
@@ -156,7 +155,6 @@ private:
   std::size_t begin_ = 0;
 };
 
-/** \brief Reads fields. */
 class FieldReader : public SpanReader {
 public:
   using SpanReader::SpanReader;

@@ -1,7 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/ros1/ros1_file.h"
 
-#include "recording/ros1/contents.h"
 #include "recording/ros1/records.h"
 #include "recording/span_reader.h"
 
@@ -20,12 +19,6 @@ findMessages(ChunkCache::Records& records)
 }
 
 } // namespace
-
-RecordingStatus
-Ros1File::findContents(const ChannelFilter& wants, FileContents& contents)
-{
-  return ros1::findContents(file(), wants, connections_, contents);
-}
 
 /** \brief Takes all of a message but its bytes from the header of its record. */
 std::string
