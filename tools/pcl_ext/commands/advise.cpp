@@ -20,7 +20,6 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
-#include <optional>
 #include <sstream>
 
 namespace pcl_ext::tools {

@@ -8,7 +8,6 @@
 #include "measuring/markdown_table.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace pcl_ext::tools {

@@ -17,7 +17,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -25,7 +24,6 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
-#include <utility>
 
 namespace pcl_ext::tools {
 
@@ -103,7 +101,6 @@ public:
     return encoder_.law();
   }
 
-  /** \brief See describePointsOutsideGrid(). */
   std::string
   pointsOutsideGrid() const
   {

@@ -15,7 +15,6 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <utility>
 
 namespace pcl_ext::tools {
 

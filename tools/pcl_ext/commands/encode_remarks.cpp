@@ -3,7 +3,6 @@
 
 #include "options/text_values.h"
 
-#include <algorithm>
 
 namespace pcl_ext::tools {
 

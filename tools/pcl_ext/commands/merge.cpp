@@ -300,7 +300,6 @@ public:
   }
 
 private:
-  /** \brief What an input has next. */
   struct Next {
     RecordingInput::Item item;
     bool is_valid = false;

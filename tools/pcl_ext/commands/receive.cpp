@@ -17,7 +17,6 @@
 #include "site/replay_progress.h"
 #include "site/site_report.h"
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <set>

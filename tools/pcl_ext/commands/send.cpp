@@ -26,7 +26,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
 namespace pcl_ext::tools {
 

@@ -36,7 +36,7 @@ std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
 {
   if (options.inputs.size() == 1)
-    if (std::optional<Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
+    if (std::optional<recording::Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
       refuseOptionsOfFiles(options.inputs[0], options);
       return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
     }

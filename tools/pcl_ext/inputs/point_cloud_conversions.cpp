@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <vector>
 
 namespace pcl_ext::tools {
 
@@ -99,14 +98,12 @@ public:
            !io::hasField(frame.fields, "rgba");
   }
 
-  /** \brief Goes to a point of the frame. */
   void
   moveTo(const io::VoxelFrame& frame, std::size_t point)
   {
     written_ = frame.cloudIndex(point) * cloud_.point_step;
   }
 
-  /** \brief Writes all fields of a point. */
   void
   writeFields(const io::VoxelFrame& frame, std::size_t point)
   {

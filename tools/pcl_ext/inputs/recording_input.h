@@ -70,7 +70,6 @@ public:
     return path_;
   }
 
-  /** \brief The path for messages. */
   std::string
   shownPath() const;
 
@@ -166,7 +165,6 @@ public:
   recording::RecordingStatus
   read(const Item& item, recording::RecordedFrame& frame);
 
-  /** \brief Reads a message of the bag. */
   recording::RecordingStatus
   read(const Item& item, recording::McapMessage& message);
 

@@ -9,7 +9,6 @@
 #include "options/text_values.h"
 
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <set>
 #include <string>

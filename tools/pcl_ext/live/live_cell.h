@@ -53,7 +53,6 @@ public:
     return figures_.metrics(prefix);
   }
 
-  /** \brief Adds the streams. */
   void
   addStreams(LiveOutput& output);
 

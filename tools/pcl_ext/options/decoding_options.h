@@ -12,7 +12,6 @@
 
 namespace pcl_ext::tools {
 
-/** \brief Options of decoding. */
 struct DecodingOptions {
   io::DecoderLimits limits; ///< of all decoders, with the memory that they share
   std::optional<float> min_intensity; ///< voxels below are left out

@@ -34,7 +34,6 @@ constexpr IntensityLaw cell_law = IntensityLaw::Count;
  * that of the library. */
 constexpr io::Effort effort_of_files = io::Effort::Balanced;
 
-/** \brief All options of encoding. */
 class EncodingOptions {
 public:
   /** \brief Other defaults than those of the library, before options are added.

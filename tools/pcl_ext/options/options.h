@@ -240,7 +240,6 @@ addOutput(CLI::App& app, Output& output, const std::string& description)
   addOverwrite(app, output.may_replace);
 }
 
-/** \brief Adds --quiet. */
 inline void
 addQuiet(CLI::App& app, bool& is_quiet)
 {

@@ -54,7 +54,6 @@ public:
   finish();
 
 private:
-  /** \brief A stream of the output. */
   struct Stream {
     std::string name;
     std::size_t number = 0; ///< in the output

@@ -7,7 +7,6 @@
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/stream_metadata.h"
 
-#include <algorithm>
 #include <set>
 #include <utility>
 

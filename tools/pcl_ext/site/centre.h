@@ -23,7 +23,6 @@
 
 namespace pcl_ext::tools {
 
-/** \brief Settings of a Centre. */
 struct CentreOptions {
   std::string name; ///< of the merged stream; empty: it is not published
   std::optional<double> resolution; ///< metres; none: that of the first frame

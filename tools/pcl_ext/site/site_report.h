@@ -12,7 +12,6 @@
 #include "live/status_line.h"
 #include "site/centre.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -48,7 +47,6 @@ liveFiguresOf(const SiteFigures& figures);
 std::string
 slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort);
 
-/** \brief As slownessOf() for the updates of a map. */
 std::string
 slownessOf(const nodes::MapCounts& mapped);
 

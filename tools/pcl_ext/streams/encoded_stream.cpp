@@ -30,7 +30,6 @@ optionsOfPart(const EncodingOptions& options,
   return of_part;
 }
 
-/** \brief Encodes a cloud, and notes what became of it. */
 void
 encode(StreamEncoder& encoder, CloudInWork& work)
 {

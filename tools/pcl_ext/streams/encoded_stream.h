@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,7 +35,6 @@ struct CloudInWork {
   EncodedSums sums;
 };
 
-/** \brief What is to be known of a stream that is encoded. */
 struct EncodedStreamReport {
   EncodedSums sums; ///< also of frames that were not written
   Remarks remarks;

@@ -189,7 +189,6 @@ public:
     return node_ ? node_->statistics() : nodes::SensorNodeStatistics();
   }
 
-  /** \brief What sums() has of the last cloud. */
   const EncodedSums&
   lastCloud() const
   {
