@@ -16,7 +16,6 @@
 
 namespace pcl_ext::python {
 
-/** \brief A cloud to encode, and what belongs to it. */
 struct CloudToEncode {
   const CloudColumns& columns;
   bool has_intensity_argument = false; ///< not a field that came along

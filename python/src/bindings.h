@@ -29,6 +29,9 @@ withoutGil(const FunctionT& function)
   return function();
 }
 
+/** \brief For functions that are called without the GIL. */
+using WithoutGil = py::call_guard<py::gil_scoped_release>;
+
 /** \brief Bytes that a caller gave, which stay valid and are not copied. */
 class ByteView {
 public:
@@ -64,6 +67,22 @@ const char*
 codeName(TemporalFilterCode code);
 const char*
 codeName(recording::RecordingCode code);
+
+/** \brief The name of the code of a status, and its message. */
+template <typename StatusT>
+py::tuple
+outcome(const StatusT& status)
+{
+  return py::make_tuple(codeName(status.code()), text(status.message()));
+}
+
+/** \brief A result, and as the above. */
+template <typename StatusT>
+py::tuple
+outcome(const py::object& result, const StatusT& status)
+{
+  return py::make_tuple(result, codeName(status.code()), text(status.message()));
+}
 
 void
 addCodec(py::module_& module);

@@ -17,7 +17,6 @@ namespace pcl_ext::python {
 
 namespace py = pybind11;
 
-/** \brief Settings of a ArrayEncoder. */
 struct ArrayEncoderSettings {
   io::EncoderSettings codec;
   std::optional<io::DepthLaw> depth_law;
@@ -40,7 +39,6 @@ io::DecoderLimits
 readLimits(const py::dict& values,
            const std::optional<io::DecoderLimits>& defaults = std::nullopt);
 
-/** \brief Reads and checks the settings of an outlier removal. */
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values);
 
@@ -48,7 +46,6 @@ readRemovalSettings(const py::dict& values);
 PointOutlierRemovalSettings
 readPointRemovalSettings(const py::dict& values);
 
-/** \brief Reads and checks the settings of a temporal filter. */
 TemporalFilterSettings
 readTemporalFilterSettings(const py::dict& values);
 

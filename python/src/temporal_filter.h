@@ -12,7 +12,6 @@
 
 namespace pcl_ext::python {
 
-/** \brief Settings of a TemporalFilter. */
 struct TemporalFilterSettings {
   unsigned int frames = TemporalVoxelFilter::usual_frames;
   std::optional<std::array<double, 3>> sensor_position; ///< metres; none: unknown
