@@ -3,7 +3,6 @@
 
 #include "link/connection.h"
 #include "link/frame_headers.h"
-#include "link/guarded.h"
 #include "link/sent_frames.h"
 #include "link/subjects.h"
 #include "link/whole_frame.h"

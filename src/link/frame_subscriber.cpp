@@ -4,7 +4,6 @@
 #include "link/connection.h"
 #include "link/followed_stream.h"
 #include "link/frame_headers.h"
-#include "link/guarded.h"
 #include "link/replay.h"
 #include "link/subjects.h"
 #include "link/whole_frame.h"
