@@ -3,7 +3,6 @@
 
 #include "options/text_values.h"
 
-
 namespace pcl_ext::tools {
 
 bool

@@ -3,15 +3,17 @@
 
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/lidar_clouds.h>
+#include <pcl_ext/filters/sensor_preprocessor.h>
 
 #include "clouds/point_fields.h"
 #include "console/exit_status.h"
 #include "options/setting_options.h"
 #include "options/text_values.h"
 #include "stream/version1_header.h"
-#include "streams/zero_field.h"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -33,6 +35,50 @@ emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
   clouds::startCloud(fields, 0, 1, cloud);
   cloud.header = header;
   return cloud;
+}
+
+/** \brief Makes a cloud with a further field of zeros, FLOAT32, behind the other bytes of
+ * a point, without the fields of that name, which cannot be read.
+ * \return false: not all points are within the data
+ */
+bool
+addZeros(const pcl::PCLPointCloud2& cloud,
+         const std::string& name,
+         pcl::PCLPointCloud2& with_zeros)
+{
+  const std::size_t row_step = rowStep(cloud);
+  const std::size_t row = std::size_t{cloud.width} * cloud.point_step;
+  if (row == 0 || row > row_step || cloud.data.size() < row ||
+      (cloud.data.size() - row) / row_step + 1 < cloud.height)
+    return false;
+  const std::size_t new_row = row + std::size_t{cloud.width} * sizeof(float);
+  if (new_row > std::numeric_limits<std::uint32_t>::max())
+    return false;
+  with_zeros.header = cloud.header;
+  with_zeros.width = cloud.width;
+  with_zeros.height = cloud.height;
+  with_zeros.is_bigendian = cloud.is_bigendian;
+  with_zeros.is_dense = cloud.is_dense;
+  with_zeros.fields.clear();
+  std::copy_if(cloud.fields.begin(),
+               cloud.fields.end(),
+               std::back_inserter(with_zeros.fields),
+               [&name](const auto& field) { return field.name != name; });
+  pcl::PCLPointField& zeros = with_zeros.fields.emplace_back();
+  zeros.name = name;
+  zeros.offset = cloud.point_step;
+  zeros.datatype = pcl::PCLPointField::FLOAT32;
+  zeros.count = 1;
+  with_zeros.point_step = cloud.point_step + static_cast<std::uint32_t>(sizeof(float));
+  with_zeros.row_step = static_cast<std::uint32_t>(new_row);
+  with_zeros.data.assign(std::size_t{with_zeros.row_step} * cloud.height, 0);
+  for (std::size_t i = 0; i < cloud.height; ++i)
+    for (std::size_t k = 0; k < cloud.width; ++k)
+      std::copy_n(
+          &cloud.data[i * row_step + k * cloud.point_step],
+          cloud.point_step,
+          &with_zeros.data[i * with_zeros.row_step + k * with_zeros.point_step]);
+  return true;
 }
 
 /** \brief Whether a cloud has the fields that a law reads. */
