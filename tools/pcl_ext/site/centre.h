@@ -124,7 +124,7 @@ private:
 
     const double resolution;
     nodes::MergedFrameEncoder encoder;
-    CentreMap map;
+    std::optional<CentreMap> map;
     nodes::MergingCentre centre;
   };
 
