@@ -139,8 +139,10 @@ def _wait(seconds: Any) -> float:
     return _timeout(seconds, 0.0, 1e9)  # whose nanoseconds have 63 bits
 
 
-def _settings(**values: str) -> Dict[str, bytes]:
-    return {name: _bytes(name, value) for name, value in values.items()}
+def _settings(*values: str) -> Dict[str, bytes]:
+    names = "servers site user password token credentials_file ca_file certificate_file key_file"
+    settings = {name: _bytes(name, value) for name, value in zip(names.split(), values)}
+    return {"client_name": b"pcl_ext for Python", **settings}
 
 
 def _names(streams: Any) -> List[bytes]:
@@ -193,18 +195,7 @@ class FramePublisher(Unique):
         timeout: float = 2.0,
     ):
         self._native = _link.Publisher(
-            _settings(
-                servers=servers,
-                site=site,
-                client_name="pcl_ext for Python",
-                user=user,
-                password=password,
-                token=token,
-                credentials_file=credentials,
-                ca_file=ca,
-                certificate_file=certificate,
-                key_file=key,
-            ),
+            _settings(servers, site, user, password, token, credentials, ca, certificate, key),
             _connect_timeout(timeout),
         )
         self._streams: Set[int] = set()
@@ -354,18 +345,7 @@ class FrameSubscriber(Unique):
             else round(microseconds("replay_from", replay_from, END_OF_TIME)) * 1000
         )
         self._native = _link.Subscriber(
-            _settings(
-                servers=servers,
-                site=site,
-                client_name="pcl_ext for Python",
-                user=user,
-                password=password,
-                token=token,
-                credentials_file=credentials,
-                ca_file=ca,
-                certificate_file=certificate,
-                key_file=key,
-            ),
+            _settings(servers, site, user, password, token, credentials, ca, certificate, key),
             _connect_timeout(timeout),
             _names(streams),
             None if partition is None else _count("partition", partition, 0, 2**32 - 1),

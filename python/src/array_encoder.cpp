@@ -6,8 +6,7 @@
 #include <string>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 ArrayEncoder::ArrayEncoder(const ArrayEncoderSettings& settings) : settings_(settings)
 {
@@ -193,5 +192,4 @@ ArrayEncoder::law() const
   return settings_.law;
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

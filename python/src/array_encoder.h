@@ -14,10 +14,8 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
-/** \brief A cloud to encode, and what belongs to it. */
 struct CloudToEncode {
   const CloudColumns& columns;
   bool has_intensity_argument = false; ///< not a field that came along
@@ -89,5 +87,4 @@ private:
   std::vector<float> intensities_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

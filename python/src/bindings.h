@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -29,6 +28,9 @@ withoutGil(const FunctionT& function)
   const py::gil_scoped_release released;
   return function();
 }
+
+/** \brief For functions that are called without the GIL. */
+using WithoutGil = py::call_guard<py::gil_scoped_release>;
 
 /** \brief Bytes that a caller gave, which stay valid and are not copied. */
 class ByteView {
@@ -66,11 +68,26 @@ codeName(TemporalFilterCode code);
 const char*
 codeName(recording::RecordingCode code);
 
+/** \brief The name of the code of a status, and its message. */
+template <typename StatusT>
+py::tuple
+outcome(const StatusT& status)
+{
+  return py::make_tuple(codeName(status.code()), text(status.message()));
+}
+
+/** \brief A result, and as the above. */
+template <typename StatusT>
+py::tuple
+outcome(const py::object& result, const StatusT& status)
+{
+  return py::make_tuple(result, codeName(status.code()), text(status.message()));
+}
+
 void
 addCodec(py::module_& module);
 
 void
 addRecordings(py::module_& module);
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

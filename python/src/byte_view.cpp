@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -37,5 +36,4 @@ text(const std::string& bytes)
       bytes.data(), static_cast<py::ssize_t>(bytes.size()), "replace"));
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

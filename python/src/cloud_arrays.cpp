@@ -10,8 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -327,5 +326,4 @@ CloudArrays::takeColour(const py::object& colour)
                                      NumberType::UInt8};
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -8,8 +8,7 @@
 
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -79,5 +78,4 @@ private:
   std::vector<py::array> arrays_; // what the columns point to
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -5,8 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -272,5 +271,4 @@ viewOf(const CloudColumns& cloud,
   return view;
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

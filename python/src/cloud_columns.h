@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief Types of numbers that a column may have, in the machine's byte order. */
 enum class NumberType {
@@ -98,5 +97,4 @@ viewOf(const CloudColumns& cloud,
        const io::StreamSettings& settings,
        CloudMemory& memory);
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -1,98 +1,75 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include <pcl_ext/impl/named_value.h>
+
 #include "bindings.h"
 
-#include <utility>
+#include <array>
 
-namespace pcl_ext {
-namespace python {
-
-using recording::RecordingCode;
+namespace pcl_ext::python {
 
 const char*
 codeName(io::CompressionCode code)
 {
   using Code = io::CompressionCode;
-  constexpr std::pair<Code, const char*> names[] = {
-      {Code::Ok, "Ok"},
-      {Code::InvalidSettings, "InvalidSettings"},
-      {Code::InvalidInput, "InvalidInput"},
-      {Code::OutputFailed, "OutputFailed"},
-      {Code::EndOfStream, "EndOfStream"},
-      {Code::NoFrame, "NoFrame"},
-      {Code::UnsupportedVersion, "UnsupportedVersion"},
-      {Code::Truncated, "Truncated"},
-      {Code::Corrupt, "Corrupt"},
-      {Code::LimitExceeded, "LimitExceeded"},
-      {Code::MissingReference, "MissingReference"},
-      {Code::InputFailed, "InputFailed"},
-      {Code::OldFrame, "OldFrame"},
-      {Code::OutOfMemory, "OutOfMemory"},
-      {Code::LeftOut, "LeftOut"}};
-  for (const auto& [known, name] : names)
-    if (known == code)
-      return name;
-  return "unknown";
+  constexpr std::array<NamedValue<Code>, 15> names = {
+      {{Code::Ok, "Ok"},
+       {Code::InvalidSettings, "InvalidSettings"},
+       {Code::InvalidInput, "InvalidInput"},
+       {Code::OutputFailed, "OutputFailed"},
+       {Code::EndOfStream, "EndOfStream"},
+       {Code::NoFrame, "NoFrame"},
+       {Code::UnsupportedVersion, "UnsupportedVersion"},
+       {Code::Truncated, "Truncated"},
+       {Code::Corrupt, "Corrupt"},
+       {Code::LimitExceeded, "LimitExceeded"},
+       {Code::MissingReference, "MissingReference"},
+       {Code::InputFailed, "InputFailed"},
+       {Code::OldFrame, "OldFrame"},
+       {Code::OutOfMemory, "OutOfMemory"},
+       {Code::LeftOut, "LeftOut"}}};
+  return nameOf(names, code);
 }
 
 const char*
 codeName(OutlierRemovalCode code)
 {
-  switch (code) {
-  case OutlierRemovalCode::Ok:
-    return "Ok";
-  case OutlierRemovalCode::InvalidSettings:
-    return "InvalidSettings";
-  case OutlierRemovalCode::UnsupportedResolution:
-    return "UnsupportedResolution";
-  case OutlierRemovalCode::NoDensities:
-    return "NoDensities";
-  case OutlierRemovalCode::DifferentCloud:
-    return "DifferentCloud";
-  case OutlierRemovalCode::InvalidCloud:
-    return "InvalidCloud";
-  case OutlierRemovalCode::NoImage:
-    return "NoImage";
-  }
-  return "unknown";
+  using Code = OutlierRemovalCode;
+  constexpr std::array<NamedValue<Code>, 7> names = {
+      {{Code::Ok, "Ok"},
+       {Code::InvalidSettings, "InvalidSettings"},
+       {Code::UnsupportedResolution, "UnsupportedResolution"},
+       {Code::NoDensities, "NoDensities"},
+       {Code::DifferentCloud, "DifferentCloud"},
+       {Code::InvalidCloud, "InvalidCloud"},
+       {Code::NoImage, "NoImage"}}};
+  return nameOf(names, code);
 }
 
 const char*
 codeName(TemporalFilterCode code)
 {
-  switch (code) {
-  case TemporalFilterCode::Ok:
-    return "Ok";
-  case TemporalFilterCode::InvalidSettings:
-    return "InvalidSettings";
-  case TemporalFilterCode::HasPointCounts:
-    return "HasPointCounts";
-  }
-  return "unknown";
+  using Code = TemporalFilterCode;
+  constexpr std::array<NamedValue<Code>, 3> names = {
+      {{Code::Ok, "Ok"},
+       {Code::InvalidSettings, "InvalidSettings"},
+       {Code::HasPointCounts, "HasPointCounts"}}};
+  return nameOf(names, code);
 }
 
 const char*
-codeName(RecordingCode code)
+codeName(recording::RecordingCode code)
 {
-  switch (code) {
-  case RecordingCode::Ok:
-    return "Ok";
-  case RecordingCode::EndOfRecording:
-    return "EndOfRecording";
-  case RecordingCode::InputFailed:
-    return "InputFailed";
-  case RecordingCode::NotARecording:
-    return "NotARecording";
-  case RecordingCode::Damaged:
-    return "Damaged";
-  case RecordingCode::InvalidArgument:
-    return "InvalidArgument";
-  case RecordingCode::OutputFailed:
-    return "OutputFailed";
-  case RecordingCode::OutOfMemory:
-    return "OutOfMemory";
-  }
-  return "unknown";
+  using Code = recording::RecordingCode;
+  constexpr std::array<NamedValue<Code>, 8> names = {
+      {{Code::Ok, "Ok"},
+       {Code::EndOfRecording, "EndOfRecording"},
+       {Code::InputFailed, "InputFailed"},
+       {Code::NotARecording, "NotARecording"},
+       {Code::Damaged, "Damaged"},
+       {Code::InvalidArgument, "InvalidArgument"},
+       {Code::OutputFailed, "OutputFailed"},
+       {Code::OutOfMemory, "OutOfMemory"}}};
+  return nameOf(names, code);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

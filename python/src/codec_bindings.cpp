@@ -19,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -104,7 +103,7 @@ encode(ArrayEncoder& encoder,
   py::object frame = py::none();
   if (status.ok() || status.code() == io::CompressionCode::LeftOut)
     frame = py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return py::make_tuple(frame, codeName(status.code()), text(status.message()));
+  return outcome(frame, status);
 }
 
 py::tuple
@@ -120,10 +119,7 @@ decode(ArrayDecoder& decoder,
     return decoder.decode(
         bytes.data(), bytes.size(), {outliers, min_intensity, temporal_filter}, cloud);
   });
-  py::object points = py::none();
-  if (cloud)
-    points = cloud->intoArray();
-  return py::make_tuple(points, codeName(status.code()), text(status.message()));
+  return outcome(cloud ? py::object(cloud->intoArray()) : py::none(), status);
 }
 
 py::tuple
@@ -137,7 +133,7 @@ decodeChanges(ArrayDecoder& decoder, const py::object& data)
   if (changes)
     parts = py::make_tuple(
         changes->gone.intoArray(), changes->came.intoArray(), changes->is_from_nothing);
-  return py::make_tuple(parts, codeName(status.code()), text(status.message()));
+  return outcome(parts, status);
 }
 
 py::object
@@ -170,13 +166,6 @@ scorePoints(PointFilter& outliers, const py::object& xyz)
   const std::vector<float> log_odds =
       withoutGil([&] { return outliers.score(arrays.columns()); });
   return py::array_t<float>(arrays.shape(), log_odds.data());
-}
-
-template <typename FilterT>
-void
-resetFilter(FilterT& filter)
-{
-  withoutGil([&] { filter.reset(); });
 }
 
 template <typename FilterT>
@@ -247,14 +236,8 @@ addEncoder(py::module_& module)
            "stamp"_a,
            "sensor_pose"_a,
            "outliers"_a)
-      .def("request_i_frame",
-           [](ArrayEncoder& encoder) { withoutGil([&] { encoder.requestIFrame(); }); })
-      .def(
-          "set_max_rate",
-          [](ArrayEncoder& encoder, double bits_per_second) {
-            withoutGil([&] { encoder.setMaxRate(bits_per_second); });
-          },
-          "bits_per_second"_a)
+      .def("request_i_frame", &ArrayEncoder::requestIFrame, WithoutGil())
+      .def("set_max_rate", &ArrayEncoder::setMaxRate, "bits_per_second"_a, WithoutGil())
       .def("rate_control",
            [](const ArrayEncoder& encoder) {
              return asDict(withoutGil([&] { return encoder.rateControl(); }));
@@ -309,7 +292,7 @@ addOutlierRemoval(py::module_& module)
           },
           "law"_a,
           "is_of_lidar"_a)
-      .def("reset", &resetFilter<OutlierFilter>)
+      .def("reset", &OutlierFilter::reset, WithoutGil())
       .def("unit",
            [](const OutlierFilter& outliers) {
              return nameOf(density_units, withoutGil([&] { return outliers.unit(); }));
@@ -321,7 +304,7 @@ addOutlierRemoval(py::module_& module)
            }),
            "settings"_a)
       .def("score", &scorePoints, "xyz"_a)
-      .def("reset", &resetFilter<PointFilter>)
+      .def("reset", &PointFilter::reset, WithoutGil())
       .def("status", &statusOf<PointFilter>);
 }
 
@@ -334,7 +317,7 @@ addTemporalFilter(py::module_& module)
                  readTemporalFilterSettings(settings));
            }),
            "settings"_a)
-      .def("reset", &resetFilter<TemporalFilter>)
+      .def("reset", &TemporalFilter::reset, WithoutGil())
       .def("status", [](const TemporalFilter& filter) {
         const TemporalFilterStatus status = withoutGil([&] { return filter.status(); });
         return py::make_tuple(codeName(status.code()),
@@ -361,5 +344,4 @@ addCodec(py::module_& module)
   module.def("field_types", &fieldTypes);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

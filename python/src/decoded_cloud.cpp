@@ -10,8 +10,7 @@
 #include <limits>
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -168,5 +167,4 @@ DecodedCloud::intoArray()
                    owner);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -10,8 +10,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -58,5 +57,4 @@ private:
   std::unique_ptr<unsigned char[]> points_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

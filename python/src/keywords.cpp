@@ -5,8 +5,7 @@
 #include <limits>
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -162,5 +161,4 @@ Keywords::numbers(const char* name, std::size_t count) const
   return numbersOf(name, at(name), count);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

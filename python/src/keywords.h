@@ -6,12 +6,10 @@
 #include <pybind11/pybind11.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
@@ -97,5 +95,4 @@ numberOf(const std::string& name, const py::object& object);
 std::vector<double>
 numbersOf(const char* name, const py::object& object, std::size_t count);
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

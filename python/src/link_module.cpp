@@ -13,19 +13,15 @@
 
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <array>
-#include <atomic>
 #include <chrono>
-#include <deque>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -291,5 +287,4 @@ PYBIND11_MODULE(_link, module)
       .def("statistics", &Subscriber::statistics);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

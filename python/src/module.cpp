@@ -8,8 +8,7 @@
 
 #include "bindings.h"
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 PYBIND11_MODULE(_native, module)
 {
@@ -18,5 +17,4 @@ PYBIND11_MODULE(_native, module)
   addRecordings(module);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

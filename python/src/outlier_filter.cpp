@@ -6,8 +6,7 @@
 #include <utility>
 #include <variant>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 void
 OutlierFilter::setStream(const std::optional<IntensityLaw>& law, bool is_of_lidar)
@@ -82,5 +81,4 @@ Denoising::apply(io::VoxelFrame& frame,
     removeVoxelsBelow(frame, *min_intensity);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 class OutlierFilter : public SharedFilter<VoxelOutlierRemoval, OutlierRemovalStatus> {
 public:
@@ -74,5 +73,4 @@ struct Denoising {
         const std::optional<std::chrono::nanoseconds>& time) const;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -13,20 +13,15 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
 using namespace py::literals;
 using recording::RecordingStatus;
 using recording::Time;
-
-py::tuple
-asTuple(const RecordingStatus& status)
-{
-  return py::make_tuple(codeName(status.code()), text(status.message()));
-}
+using Reader = recording::RecordingReader;
+using Frame = recording::RecordedFrame;
 
 py::tuple
 asTuple(const recording::RecordedStream& stream)
@@ -71,14 +66,24 @@ asTuple(const recording::RecordedFrame& frame)
       asTuple(description.fields));
 }
 
-/** \brief The frame and the status. */
-py::tuple
-frameAndStatus(const recording::RecordedFrame& frame, const RecordingStatus& status)
+/** \brief Returns what a function returns that is called with the reader, without the
+ * GIL. */
+template <typename FunctionT>
+auto
+ask(const RecordingFile& file, const FunctionT& function)
 {
-  py::object result = py::none();
-  if (status.ok())
-    result = asTuple(frame);
-  return py::make_tuple(result, codeName(status.code()), text(status.message()));
+  return withoutGil([&] { return file.withReader(function); });
+}
+
+/** \brief The frame that a function reads, and the status. */
+template <typename FunctionT>
+py::tuple
+askForFrame(const RecordingFile& file, const FunctionT& read)
+{
+  recording::RecordedFrame frame;
+  const RecordingStatus status =
+      ask(file, [&](Reader& reader) { return read(reader, frame); });
+  return outcome(status.ok() ? py::object(asTuple(frame)) : py::none(), status);
 }
 
 py::tuple
@@ -87,8 +92,7 @@ openFile(RecordingFile& file, const std::string& path, const py::dict& limits)
   const auto of_all_streams =
       io::DecoderLimits::ofBudget(std::make_shared<io::MemoryBudget>());
   file.setLimits(readLimits(limits, of_all_streams));
-  const RecordingStatus status = withoutGil([&] { return file.open(path); });
-  return asTuple(status);
+  return outcome(withoutGil([&] { return file.open(path); }));
 }
 
 py::list
@@ -96,7 +100,7 @@ streamsOf(const RecordingFile& file)
 {
   py::list streams;
   for (const recording::RecordedStream& stream :
-       withoutGil([&] { return file.streams(); }))
+       ask(file, [](Reader& reader) { return reader.streams(); }))
     streams.append(asTuple(stream));
   return streams;
 }
@@ -106,7 +110,7 @@ damageOf(const RecordingFile& file)
 {
   py::list all;
   for (const recording::RecordingDamage& damage :
-       withoutGil([&] { return file.damage(); }))
+       ask(file, [](Reader& reader) { return reader.damage(); }))
     all.append(py::make_tuple(damage.offset, text(damage.message), text(damage.file)));
   return all;
 }
@@ -114,18 +118,16 @@ damageOf(const RecordingFile& file)
 py::tuple
 nextFrame(RecordingFile& file)
 {
-  recording::RecordedFrame frame;
-  const RecordingStatus status = withoutGil([&] { return file.next(frame); });
-  return frameAndStatus(frame, status);
+  return askForFrame(file,
+                     [](Reader& reader, Frame& frame) { return reader.next(frame); });
 }
 
 py::tuple
 readFrame(RecordingFile& file, std::size_t stream, std::size_t number)
 {
-  recording::RecordedFrame frame;
-  const RecordingStatus status =
-      withoutGil([&] { return file.read(stream, number, frame); });
-  return frameAndStatus(frame, status);
+  return askForFrame(file, [&](Reader& reader, Frame& frame) {
+    return reader.read(stream, number, frame);
+  });
 }
 
 py::tuple
@@ -139,10 +141,7 @@ decodeFrame(RecordingFile& file,
   const io::CompressionStatus status = withoutGil([&] {
     return file.decode(stream, number, {outliers, min_intensity}, cloud);
   });
-  py::object points = py::none();
-  if (cloud)
-    points = cloud->intoArray();
-  return py::make_tuple(points, codeName(status.code()), text(status.message()));
+  return outcome(cloud ? py::object(cloud->intoArray()) : py::none(), status);
 }
 
 void
@@ -151,13 +150,13 @@ addReader(py::module_& module)
   py::class_<RecordingFile>(module, "Recording")
       .def(py::init<>())
       .def("open", &openFile, "path"_a, "limits"_a)
-      .def("close", [](RecordingFile& file) { withoutGil([&] { file.close(); }); })
+      .def("close", &RecordingFile::close, WithoutGil())
       .def("streams", &streamsOf)
       .def("next", &nextFrame)
       .def(
           "seek",
           [](RecordingFile& file, std::int64_t time) {
-            withoutGil([&] { file.seek(Time(time)); });
+            ask(file, [&](Reader& reader) { reader.seek(Time(time)); });
           },
           "time"_a)
       .def("read", &readFrame, "stream"_a, "number"_a)
@@ -170,24 +169,28 @@ addReader(py::module_& module)
       .def(
           "frame_at",
           [](const RecordingFile& file, std::size_t stream, std::int64_t time) {
-            return withoutGil([&] { return file.frameAt(stream, Time(time)); });
+            return ask(file, [&](Reader& reader) {
+              return reader.frameAt(stream, Time(time));
+            });
           },
           "stream"_a,
           "time"_a)
       .def(
           "time_of",
           [](const RecordingFile& file, std::size_t stream, std::size_t number) {
-            return withoutGil([&] { return file.timeOf(stream, number).count(); });
+            return ask(file, [&](Reader& reader) {
+              return reader.timeOf(stream, number).count();
+            });
           },
           "stream"_a,
           "number"_a)
       .def("damage", &damageOf)
       .def("is_unfinished",
            [](const RecordingFile& file) {
-             return withoutGil([&] { return file.isUnfinished(); });
+             return ask(file, [](Reader& reader) { return reader.isUnfinished(); });
            })
       .def("file_bytes", [](const RecordingFile& file) {
-        return withoutGil([&] { return file.fileBytes(); });
+        return ask(file, [](Reader& reader) { return reader.fileBytes(); });
       });
 }
 
@@ -201,7 +204,7 @@ addStream(RecordingOutput& output,
   const RecordingStatus status = withoutGil([&] {
     return output.addStream({name, frame_id, metadata}, number);
   });
-  return py::make_tuple(number, codeName(status.code()), text(status.message()));
+  return outcome(py::int_(number), status);
 }
 
 py::tuple
@@ -211,7 +214,7 @@ append(RecordingOutput& output,
        std::int64_t time)
 {
   const ByteView bytes(data);
-  return asTuple(withoutGil(
+  return outcome(withoutGil(
       [&] { return output.append(stream, Time(time), bytes.data(), bytes.size()); }));
 }
 
@@ -223,7 +226,7 @@ addWriter(py::module_& module)
       .def(
           "open",
           [](RecordingOutput& output, const std::string& path, bool may_replace) {
-            return asTuple(withoutGil([&] { return output.open(path, may_replace); }));
+            return outcome(withoutGil([&] { return output.open(path, may_replace); }));
           },
           "path"_a,
           "may_replace"_a)
@@ -231,14 +234,13 @@ addWriter(py::module_& module)
       .def("append", &append, "stream"_a, "data"_a, "time"_a)
       .def("flush",
            [](RecordingOutput& output) {
-             return asTuple(withoutGil([&] { return output.flush(); }));
+             return outcome(withoutGil([&] { return output.flush(); }));
            })
       .def("finish",
            [](RecordingOutput& output) {
-             return asTuple(withoutGil([&] { return output.finish(); }));
+             return outcome(withoutGil([&] { return output.finish(); }));
            })
-      .def("abandon",
-           [](RecordingOutput& output) { withoutGil([&] { output.abandon(); }); })
+      .def("abandon", &RecordingOutput::abandon, WithoutGil())
       .def("written", [](const RecordingOutput& output) {
         const RecordingOutput::Written written =
             withoutGil([&] { return output.written(); });
@@ -255,5 +257,4 @@ addRecordings(py::module_& module)
   addWriter(module);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

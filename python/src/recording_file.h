@@ -9,17 +9,19 @@
 
 #include "decoded_cloud.h"
 #include "outlier_filter.h"
+#include "recording/output_paths.h"
+#include "voxels/point_voxels.h"
 
 #include <cstddef>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <string>
-#include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief A RecordingReader and the decoders of its streams.
  *
@@ -30,33 +32,38 @@ class RecordingFile {
 public:
   /** \brief Opens a recording; see RecordingReader::open. */
   recording::RecordingStatus
-  open(const std::string& path);
+  open(const std::string& path)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    reader_ = std::make_unique<recording::RecordingReader>();
+    return reader_->open(path);
+  }
 
   /** \brief Limits of decoding from now on; before the first decode(). */
   void
-  setLimits(const io::DecoderLimits& limits);
+  setLimits(const io::DecoderLimits& limits)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    limits_ = limits;
+  }
 
   /** \brief Closes the file. Every other call then throws std::invalid_argument. */
   void
-  close();
+  close()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    decoders_.clear();
+    reader_.reset();
+  }
 
-  std::vector<recording::RecordedStream>
-  streams() const;
-
-  recording::RecordingStatus
-  next(recording::RecordedFrame& frame);
-
-  void
-  seek(recording::Time time);
-
-  recording::RecordingStatus
-  read(std::size_t stream, std::size_t number, recording::RecordedFrame& frame);
-
-  std::optional<std::size_t>
-  frameAt(std::size_t stream, recording::Time time) const;
-
-  recording::Time
-  timeOf(std::size_t stream, std::size_t number) const;
+  /** \brief Returns what a function returns that is called with the reader. */
+  template <typename FunctionT>
+  auto
+  withReader(const FunctionT& function) const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return function(reader());
+  }
 
   /** \brief Decodes a frame.
    * \param[in] stream below the number of streams
@@ -68,20 +75,41 @@ public:
   decode(std::size_t stream,
          std::size_t number,
          const Denoising& denoising,
-         std::optional<DecodedCloud>& cloud);
-
-  std::vector<recording::RecordingDamage>
-  damage() const;
-
-  bool
-  isUnfinished() const;
-
-  std::uint64_t
-  fileBytes() const;
+         std::optional<DecodedCloud>& cloud)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    cloud.reset();
+    auto decoder = decoders_.find(stream);
+    if (decoder == decoders_.end()) {
+      decoder =
+          decoders_
+              .emplace(stream,
+                       recording::RecordedStreamDecoder(reader(), stream, limits_))
+              .first;
+      decoder->second.setDecodesVoxels(false);
+    }
+    io::CompressionStatus status = decoder->second.decode(number, frame_);
+    if (!status.ok())
+      return status;
+    try {
+      denoising.apply(frame_, reader().timeOf(stream, number));
+      cloud.emplace(frame_);
+      status = io::statusOfVoxels(frame_); // which filters make
+    }
+    catch (const std::bad_alloc&) {
+      return outOfMemoryStatus<io::CompressionStatus>();
+    }
+    return status;
+  }
 
 private:
   recording::RecordingReader&
-  reader() const;
+  reader() const
+  {
+    if (!reader_)
+      throw std::invalid_argument("the recording is closed");
+    return *reader_;
+  }
 
   mutable std::mutex mutex_;
   io::DecoderLimits limits_;
@@ -98,10 +126,32 @@ public:
    * \param[in] may_replace a file of this name is replaced, else refused
    */
   recording::RecordingStatus
-  open(const std::string& path, bool may_replace);
+  open(const std::string& path, bool may_replace)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    recording::OutputKind kind{};
+    if (recording::RecordingStatus status = recording::checkOutput(path, kind);
+        !status.ok())
+      return status;
+    if (!may_replace)
+      if (recording::RecordingStatus status =
+              recording::refuseTakenFile(path, "overwrite=True");
+          !status.ok())
+        return status;
+    existing_ =
+        may_replace ? recording::ExistingFile::Replace : recording::ExistingFile::Keep;
+    writer_ = std::make_unique<recording::RecordingWriter>();
+    return writer_->open(path);
+  }
 
   recording::RecordingStatus
-  addStream(const recording::StreamToRecord& stream, std::size_t& number);
+  addStream(const recording::StreamToRecord& stream, std::size_t& number)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    recording::RecordingStatus status = writer().addStream(stream, number);
+    written_.streams += status.ok() ? 1 : 0;
+    return status;
+  }
 
   /** \brief Appends a frame; none of 0 bytes, which is a cloud that max_rate left
    * out. */
@@ -109,12 +159,24 @@ public:
   append(std::size_t stream,
          recording::Time time,
          const std::uint8_t* bytes,
-         std::size_t size);
+         std::size_t size)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    recording::RecordingWriter& to = writer();
+    if (size == 0)
+      return {};
+    recording::RecordingStatus status = to.append(stream, time, bytes, size);
+    written_.frames += status.ok() ? 1 : 0;
+    return status;
+  }
 
   recording::RecordingStatus
-  flush();
+  flush()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return writer().flush();
+  }
 
-  /** \brief What was written. */
   struct Written {
     bool is_open = false;
     std::size_t streams = 0;
@@ -122,18 +184,44 @@ public:
   };
 
   Written
-  written() const;
+  written() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Written written = written_;
+    written.is_open = writer_ != nullptr;
+    return written;
+  }
 
   recording::RecordingStatus
-  finish();
+  finish()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!writer_)
+      return {};
+    recording::RecordingStatus status = writer_->finish(existing_);
+    if (status.ok()) // else the next call fails, too
+      writer_.reset();
+    return status;
+  }
 
   /** \brief Ends without finish(); the file keeps its name of an unfinished one. */
   void
-  abandon();
+  abandon()
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (writer_)
+      static_cast<void>(writer_->flush()); // nobody is there to be told of a failure
+    writer_.reset();
+  }
 
 private:
   recording::RecordingWriter&
-  writer() const;
+  writer() const
+  {
+    if (!writer_)
+      throw std::invalid_argument("the recording is finished");
+    return *writer_;
+  }
 
   mutable std::mutex mutex_;
   std::unique_ptr<recording::RecordingWriter> writer_;
@@ -141,5 +229,4 @@ private:
   Written written_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -3,8 +3,7 @@
 
 #include <mutex>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 /** \brief A filter of one stream that any thread may use. Not to be called with the GIL
  * held, as a call may wait for another thread. */
@@ -36,5 +35,4 @@ protected:
   StatusT status_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -21,8 +21,7 @@
 #include <variant>
 #include <vector>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace {
 
@@ -378,5 +377,4 @@ defaultSettings()
                   "max_blocks"_a = removal.max_blocks);
 }
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -13,12 +13,10 @@
 
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
 namespace py = pybind11;
 
-/** \brief Settings of a ArrayEncoder. */
 struct ArrayEncoderSettings {
   io::EncoderSettings codec;
   std::optional<io::DepthLaw> depth_law;
@@ -41,7 +39,6 @@ io::DecoderLimits
 readLimits(const py::dict& values,
            const std::optional<io::DecoderLimits>& defaults = std::nullopt);
 
-/** \brief Reads and checks the settings of an outlier removal. */
 VoxelOutlierRemovalSettings
 readRemovalSettings(const py::dict& values);
 
@@ -49,7 +46,6 @@ readRemovalSettings(const py::dict& values);
 PointOutlierRemovalSettings
 readPointRemovalSettings(const py::dict& values);
 
-/** \brief Reads and checks the settings of a temporal filter. */
 TemporalFilterSettings
 readTemporalFilterSettings(const py::dict& values);
 
@@ -66,5 +62,4 @@ encoderSettings();
 py::dict
 defaultSettings();
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

@@ -10,10 +10,8 @@
 #include <chrono>
 #include <optional>
 
-namespace pcl_ext {
-namespace python {
+namespace pcl_ext::python {
 
-/** \brief Settings of a TemporalFilter. */
 struct TemporalFilterSettings {
   unsigned int frames = TemporalVoxelFilter::usual_frames;
   std::optional<std::array<double, 3>> sensor_position; ///< metres; none: unknown
@@ -40,5 +38,4 @@ private:
   std::optional<std::array<double, 3>> sensor_position_;
 };
 
-} // namespace python
-} // namespace pcl_ext
+} // namespace pcl_ext::python

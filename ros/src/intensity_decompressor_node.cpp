@@ -17,7 +17,6 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_msgs/Empty.h>
 
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -62,7 +61,6 @@ readParameters()
   return parameters;
 }
 
-/** \brief One stream. */
 struct Stream {
   ros::Publisher voxels;
   ros::Publisher i_frame_requests;

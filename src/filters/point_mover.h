@@ -182,7 +182,6 @@ private:
   MovedPoints& moved_;
 };
 
-/** \brief See movePoints(). */
 template <typename LanesT>
 PCL_EXT_LANES_TARGET void
 moveEach(const PointBytes& points,

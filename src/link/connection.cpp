@@ -1,6 +1,8 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "link/connection.h"
 
+#include "link/subjects.h"
+
 #include <algorithm>
 #include <cctype>
 #include <sstream>
@@ -133,15 +135,9 @@ checkSettings(const LinkSettings& settings)
   if (servers.empty() || !std::all_of(servers.begin(), servers.end(), is_address))
     return invalid(
         "servers", shownServers(settings), "nats://HOST:PORT or tls://HOST:PORT");
-  const auto is_plain = [](char character) {
-    return (character >= 'a' && character <= 'z') ||
-           (character >= 'A' && character <= 'Z') ||
-           (character >= '0' && character <= '9') || character == '-' ||
-           character == '_';
-  };
   const std::string& site = settings.site;
-  if (site.empty() || site.size() > longest_site ||
-      !std::all_of(site.begin(), site.end(), is_plain))
+  if (site.empty() || site.size() > longest_site || escaped(site) != site ||
+      site.find('/') != std::string::npos)
     return invalid("site", site, "up to 64 letters, digits, - and _");
   if (settings.certificate_file.empty() != settings.key_file.empty())
     return {LinkCode::InvalidSettings,

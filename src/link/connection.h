@@ -9,10 +9,12 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <string>
 
 namespace pcl_ext::PCL_EXT_ABI::link {
@@ -28,6 +30,22 @@ struct NatsDeleter {
 };
 using MessageHandle = std::unique_ptr<natsMsg, NatsDeleter<natsMsg, natsMsg_Destroy>>;
 using JetStreamHandle = std::unique_ptr<jsCtx, NatsDeleter<jsCtx, jsCtx_Destroy>>;
+
+/** \brief Calls a function; exceptions become a status. */
+template <typename FunctionT>
+LinkStatus
+guarded(const FunctionT& function) noexcept
+{
+  try {
+    return function();
+  }
+  catch (const std::bad_alloc&) {
+    return outOfMemoryStatus<LinkStatus>();
+  }
+  catch (const std::exception&) {
+    return {LinkCode::Closed, "thread failed"};
+  }
+}
 
 /** \brief A connection to a server, which is restored for ever once it was there. */
 class Connection {

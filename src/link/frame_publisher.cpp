@@ -3,7 +3,6 @@
 
 #include "link/connection.h"
 #include "link/frame_headers.h"
-#include "link/guarded.h"
 #include "link/sent_frames.h"
 #include "link/subjects.h"
 #include "link/whole_frame.h"
@@ -54,10 +53,66 @@ public:
   LinkStatus
   addStream(const std::string& name,
             const StreamMetadata& metadata,
-            std::size_t& stream);
+            std::size_t& stream)
+  {
+    if (name.empty() || name.size() > longest_stream_name)
+      return {LinkCode::InvalidArgument,
+              "the name of a stream has " + std::to_string(name.size()) +
+                  " bytes; it must have 1 to " + std::to_string(longest_stream_name)};
+    if (connection_.get() == nullptr)
+      return {LinkCode::NotConnected, "streams are added after connect()"};
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (std::any_of(streams_.begin(), streams_.end(), [&](const Stream& other) {
+          return other.name == name;
+        }))
+      return {LinkCode::InvalidArgument, "the stream '" + name + "' exists already"};
+    const std::string& site = connection_.settings().site;
+    const std::size_t number = streams_.size();
+    Stream& added = streams_.emplace_back();
+    added.name = name;
+    added.subject = framesSubject(site, name);
+    for (const auto& [key, value] : metadata)
+      added.metadata.push_back(writeMetadata(key, value));
+    const natsStatus status = added.requests.open(
+        connection_,
+        requestsSubject(site, name),
+        [this, number](natsMsg* /* message */) { request(number); });
+    if (status != NATS_OK) {
+      streams_.pop_back();
+      return connection_.statusOf(status);
+    }
+    stream = number;
+    stream_count_ = streams_.size();
+    return {};
+  }
 
   LinkStatus
-  publish(std::size_t stream, Time time, const std::uint8_t* frame, std::size_t size);
+  publish(std::size_t stream, Time time, const std::uint8_t* frame, std::size_t size)
+  {
+    const auto whole = wholeFrameOf(frame, size);
+    if (!whole)
+      return {LinkCode::InvalidArgument, "the bytes are not exactly one frame"};
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (stream >= streams_.size())
+      return {LinkCode::InvalidArgument,
+              "there is no stream of number " + std::to_string(stream)};
+    Stream& published = streams_[stream];
+    // Also of a frame that cannot be sent, so that receivers see the gap.
+    const FrameHeader header{publisher_, ++published.frames, time};
+    LinkStatus status;
+    if (!sent_.isAnswering())
+      status = connection_.statusOf(NATS_CONNECTION_DISCONNECTED);
+    else {
+      MessageHandle message;
+      const natsStatus made = makeMessage(
+          published, header, whole->description.is_i_frame, frame, size, message);
+      status =
+          made == NATS_OK ? send(published, message, size) : connection_.statusOf(made);
+    }
+    if (!status.ok())
+      sent_.addLost();
+    return status;
+  }
 
   bool
   flush(std::chrono::milliseconds timeout)
@@ -80,7 +135,17 @@ public:
 private:
   /** \brief Frames that the server has, but does not permit, are not sent. */
   void
-  countRefused(PublisherStatistics& statistics) const;
+  countRefused(PublisherStatistics& statistics) const
+  {
+    const std::uint64_t refused =
+        std::min(statistics.frames, connection_.refusedMessages());
+    if (refused == 0)
+      return;
+    const std::uint64_t mean_bytes = statistics.bytes / statistics.frames;
+    statistics.frames -= refused;
+    statistics.bytes = statistics.frames * mean_bytes; // which are refused is not known
+    statistics.frames_not_sent += refused;
+  }
 
   struct Stream {
     std::string name;
@@ -97,10 +162,45 @@ private:
               bool is_i_frame,
               const std::uint8_t* frame,
               std::size_t size,
-              MessageHandle& message) const;
+              MessageHandle& message) const
+  {
+    natsMsg* created = nullptr;
+    natsStatus status = natsMsg_Create(&created,
+                                       stream.subject.c_str(),
+                                       nullptr,
+                                       reinterpret_cast<const char*>(frame),
+                                       static_cast<int>(size));
+    message.reset(created);
+    if (status == NATS_OK)
+      status =
+          natsMsgHeader_Set(created, frame_header, writeFrameHeader(header).c_str());
+    if (is_i_frame)
+      for (const std::string& pair : stream.metadata)
+        if (status == NATS_OK)
+          status = natsMsgHeader_Add(created, metadata_header, pair.c_str());
+    return status;
+  }
 
   LinkStatus
-  send(const Stream& stream, const MessageHandle& message, std::size_t size);
+  send(const Stream& stream, const MessageHandle& message, std::size_t size)
+  {
+    const std::uint64_t connection = connection_.number();
+    const natsStatus status =
+        natsConnection_PublishMsg(connection_.get(), message.get());
+    if (status == NATS_OK) {
+      sent_.add(size, connection);
+      return {};
+    }
+    if (status != NATS_MAX_PAYLOAD)
+      return connection_.statusOf(status);
+    return {
+        LinkCode::FrameTooLarge,
+        "a frame of '" + stream.name + "' has " + std::to_string(size) +
+            " bytes, and with its headers that is above max_payload, " +
+            std::to_string(natsConnection_GetMaxPayload(connection_.get())) +
+            " bytes, in the server's configuration: raise it, or take a larger voxel "
+            "edge"};
+  }
 
   void
   request(std::size_t stream)
@@ -130,131 +230,6 @@ private:
   std::mutex mutex_; // guards what follows, and the order of frames
   std::deque<Stream> streams_;
 };
-
-void
-FramePublisher::Implementation::countRefused(PublisherStatistics& statistics) const
-{
-  const std::uint64_t refused =
-      std::min(statistics.frames, connection_.refusedMessages());
-  if (refused == 0)
-    return;
-  const std::uint64_t mean_bytes = statistics.bytes / statistics.frames;
-  statistics.frames -= refused;
-  statistics.bytes = statistics.frames * mean_bytes; // which are refused is not known
-  statistics.frames_not_sent += refused;
-}
-
-LinkStatus
-FramePublisher::Implementation::addStream(const std::string& name,
-                                          const StreamMetadata& metadata,
-                                          std::size_t& stream)
-{
-  if (name.empty() || name.size() > longest_stream_name)
-    return {LinkCode::InvalidArgument,
-            "the name of a stream has " + std::to_string(name.size()) +
-                " bytes; it must have 1 to " + std::to_string(longest_stream_name)};
-  if (connection_.get() == nullptr)
-    return {LinkCode::NotConnected, "streams are added after connect()"};
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (std::any_of(streams_.begin(), streams_.end(), [&](const Stream& other) {
-        return other.name == name;
-      }))
-    return {LinkCode::InvalidArgument, "the stream '" + name + "' exists already"};
-  const std::string& site = connection_.settings().site;
-  const std::size_t number = streams_.size();
-  Stream& added = streams_.emplace_back();
-  added.name = name;
-  added.subject = framesSubject(site, name);
-  for (const auto& [key, value] : metadata)
-    added.metadata.push_back(writeMetadata(key, value));
-  const natsStatus status =
-      added.requests.open(connection_,
-                          requestsSubject(site, name),
-                          [this, number](natsMsg* /* message */) { request(number); });
-  if (status != NATS_OK) {
-    streams_.pop_back();
-    return connection_.statusOf(status);
-  }
-  stream = number;
-  stream_count_ = streams_.size();
-  return {};
-}
-
-natsStatus
-FramePublisher::Implementation::makeMessage(const Stream& stream,
-                                            const FrameHeader& header,
-                                            bool is_i_frame,
-                                            const std::uint8_t* frame,
-                                            std::size_t size,
-                                            MessageHandle& message) const
-{
-  natsMsg* created = nullptr;
-  natsStatus status = natsMsg_Create(&created,
-                                     stream.subject.c_str(),
-                                     nullptr,
-                                     reinterpret_cast<const char*>(frame),
-                                     static_cast<int>(size));
-  message.reset(created);
-  if (status == NATS_OK)
-    status = natsMsgHeader_Set(created, frame_header, writeFrameHeader(header).c_str());
-  if (is_i_frame)
-    for (const std::string& pair : stream.metadata)
-      if (status == NATS_OK)
-        status = natsMsgHeader_Add(created, metadata_header, pair.c_str());
-  return status;
-}
-
-LinkStatus
-FramePublisher::Implementation::send(const Stream& stream,
-                                     const MessageHandle& message,
-                                     std::size_t size)
-{
-  const std::uint64_t connection = connection_.number();
-  const natsStatus status = natsConnection_PublishMsg(connection_.get(), message.get());
-  if (status == NATS_OK) {
-    sent_.add(size, connection);
-    return {};
-  }
-  if (status != NATS_MAX_PAYLOAD)
-    return connection_.statusOf(status);
-  return {LinkCode::FrameTooLarge,
-          "a frame of '" + stream.name + "' has " + std::to_string(size) +
-              " bytes, and with its headers that is above max_payload, " +
-              std::to_string(natsConnection_GetMaxPayload(connection_.get())) +
-              " bytes, in the server's configuration: raise it, or take a larger voxel "
-              "edge"};
-}
-
-LinkStatus
-FramePublisher::Implementation::publish(std::size_t stream,
-                                        Time time,
-                                        const std::uint8_t* frame,
-                                        std::size_t size)
-{
-  const auto whole = wholeFrameOf(frame, size);
-  if (!whole)
-    return {LinkCode::InvalidArgument, "the bytes are not exactly one frame"};
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (stream >= streams_.size())
-    return {LinkCode::InvalidArgument,
-            "there is no stream of number " + std::to_string(stream)};
-  Stream& published = streams_[stream];
-  // Also of a frame that cannot be sent, so that receivers see the gap.
-  const FrameHeader header{publisher_, ++published.frames, time};
-  LinkStatus status;
-  if (!sent_.isAnswering())
-    status = connection_.statusOf(NATS_CONNECTION_DISCONNECTED);
-  else {
-    MessageHandle message;
-    const natsStatus made = makeMessage(
-        published, header, whole->description.is_i_frame, frame, size, message);
-    status =
-        made == NATS_OK ? send(published, message, size) : connection_.statusOf(made);
-  }
-  if (!status.ok())
-    sent_.addLost();
-  return status;
-}
 
 FramePublisher::FramePublisher(const LinkSettings& settings,
                                RequestIFrame request_i_frame)

@@ -3,8 +3,7 @@
 
 #include <pcl_ext/link/frame_subscriber.h>
 
-#include "link/guarded.h"
-#include "link/site_streams.h"
+#include "link/subjects.h"
 
 #include <algorithm>
 #include <array>

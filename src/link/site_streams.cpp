@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
-#include "link/site_streams.h"
-
 #include "link/connection.h"
-#include "link/guarded.h"
 #include "link/subjects.h"
 
 #include <atomic>
@@ -61,16 +58,6 @@ listen(LinkSettings link,
 }
 
 } // namespace
-
-std::optional<SiteStream>
-siteStreamOf(std::string_view subject)
-{
-  const std::string site(subject.substr(0, subject.find('.')));
-  const auto parsed = parseFramesSubject(site, subject);
-  if (!parsed)
-    return std::nullopt;
-  return SiteStream{site, parsed->stream, parsed->partition};
-}
 
 LinkStatus
 liveStreams(const LinkSettings& link,

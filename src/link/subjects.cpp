@@ -104,4 +104,14 @@ parseFramesSubject(const std::string& site, std::string_view subject)
   return result;
 }
 
+std::optional<SiteStream>
+siteStreamOf(std::string_view subject)
+{
+  const std::string site(subject.substr(0, subject.find('.')));
+  const auto parsed = parseFramesSubject(site, subject);
+  if (!parsed)
+    return std::nullopt;
+  return SiteStream{site, parsed->stream, parsed->partition};
+}
+
 } // namespace pcl_ext::PCL_EXT_ABI::link

@@ -6,11 +6,12 @@
  */
 #pragma once
 
-#include <pcl_ext/version.h>
+#include <pcl_ext/link/frame_subscriber.h>
 
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 namespace pcl_ext::PCL_EXT_ABI::link {
 
@@ -45,5 +46,15 @@ struct FramesSubject {
 /** \brief Takes a subject of frames apart; nothing if it is none of this site. */
 std::optional<FramesSubject>
 parseFramesSubject(const std::string& site, std::string_view subject);
+
+/** \brief The stream of a subject of frames, of any site; nothing if it is none. */
+std::optional<SiteStream>
+siteStreamOf(std::string_view subject);
+
+inline bool
+operator<(const SiteStream& a, const SiteStream& b)
+{
+  return std::tie(a.site, a.name, a.partition) < std::tie(b.site, b.name, b.partition);
+}
 
 } // namespace pcl_ext::PCL_EXT_ABI::link

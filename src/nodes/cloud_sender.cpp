@@ -5,7 +5,6 @@
 #include "bytes/exceptions.h"
 #include "nodes/stamp_gaps.h"
 
-#include <algorithm>
 #include <mutex>
 #include <optional>
 #include <utility>

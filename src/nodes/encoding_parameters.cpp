@@ -96,7 +96,6 @@ convertAll(const ParameterValues& values, ParameterValues& converted)
   return {};
 }
 
-/** \brief The parameter for a setting. */
 std::string
 parameterOf(const std::string& setting)
 {

@@ -114,7 +114,6 @@ EnteredStream::forget()
   is_entered_anew_ = true;
 }
 
-/** \brief Counts the symbols of the voxels. */
 void
 EnteredStream::countSymbols(const io::VoxelChanges& changes)
 {

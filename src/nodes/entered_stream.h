@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <utility>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {
@@ -53,7 +52,6 @@ public:
     return size_;
   }
 
-  /** \brief The grid of the stream. */
   const io::VoxelGrid&
   grid() const
   {
@@ -79,7 +77,6 @@ public:
     return updates_;
   }
 
-  /** \brief Ends the update. */
   void
   endUpdate();
 

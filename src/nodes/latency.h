@@ -3,9 +3,7 @@
 
 #include <pcl_ext/nodes/stream_health.h>
 
-#include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <optional>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {

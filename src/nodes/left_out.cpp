@@ -110,7 +110,6 @@ losesAlpha(const pcl::PCLPointCloud2& cloud,
   return false;
 }
 
-/** \brief The names of the fields that are left out. */
 std::string
 namesOfLeftOut(const pcl::PCLPointCloud2& cloud,
                const PointLayout& layout,

@@ -98,7 +98,6 @@ MergedVoxels::forEachEntry(const WorkT& work)
   });
 }
 
-/** \brief Sets which streams are merged. */
 void
 MergedVoxels::setEntries(const Streams& streams, const FrameSelection& selection)
 {

@@ -53,7 +53,6 @@ public:
   bool
   listChanges(io::VoxelChanges& changes);
 
-  /** \brief Writes the merged voxels. */
   void
   write(io::VoxelFrame& merged);
 

@@ -118,7 +118,6 @@ mergingQuantiser()
   return {settings, IntensityUnit::Native, spans_all};
 }
 
-/** \brief Begins a frame of merged voxels. */
 void
 begin(const MergedSums& sums, io::VoxelFrame& merged)
 {

@@ -4,7 +4,6 @@
 #include "bytes/exact_text.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <locale>
 #include <optional>

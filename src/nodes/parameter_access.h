@@ -103,7 +103,6 @@ public:
   : parameters_(parameters), values_(values)
   {}
 
-  /** \brief The value of a parameter. */
   const ParameterValue&
   value(const std::string& name) const
   {
@@ -128,7 +127,6 @@ public:
     return static_cast<std::uint32_t>(get<std::int64_t>(name));
   }
 
-  /** \brief A number as a float. */
   float
   number(const std::string& name) const
   {

@@ -10,7 +10,6 @@
 
 #include <optional>
 #include <type_traits>
-#include <utility>
 #include <variant>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {

@@ -112,7 +112,6 @@ private:
   std::size_t voxels_removed_ = 0;
 };
 
-/** \brief An encoder for the clouds of a SensorSource. */
 io::CloudEncoder
 makeEncoder(const SensorNodeSettings& settings);
 

@@ -20,7 +20,6 @@ struct VoxelUpdate {
   io::VoxelColour colour; ///< in channels of 0 to 255
 };
 
-/** \brief Updates of a stream. */
 class VoxelUpdates {
 public:
   /** \brief Blocks have 16 x 16 x 16 voxels, so that the sums of one fit the
@@ -74,7 +73,6 @@ public:
   bool has_colours = false; ///< any of them
 };
 
-/** \brief Sum of colours. */
 struct SummedColour {
   std::uint32_t summands = 0;
   std::array<std::uint32_t, 3> channels{};

@@ -6,7 +6,6 @@
 #include "recording/compressed_input.h"
 #include "recording/files.h"
 #include "recording/guarded.h"
-#include "recording/mcap/file_contents.h"
 #include "recording/mcap/mcap_file.h"
 #include "recording/ros1/ros1_file.h"
 #include "recording/rosbag2_folder.h"
@@ -16,7 +15,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <set>
 #include <system_error>
 #include <tuple>
 #include <utility>
@@ -39,12 +37,6 @@ identityOf(const McapChannel& channel)
 /** \brief A bag may have more files than a process may open. */
 constexpr std::size_t max_open_files = 64;
 
-/** \brief A section of one of several files. */
-struct FileSection {
-  std::size_t file;
-  Section section;
-};
-
 bool
 beginsWith(const std::vector<std::uint8_t>& bytes, const std::string& text)
 {
@@ -62,84 +54,24 @@ isFolder(const std::string& path)
   return std::filesystem::is_directory(path, ignored);
 }
 
-/** \brief A file of a bag, with its contents among those of the bag. */
-struct IndexedFile {
+} // namespace
+
+struct BagReader::IndexedFile {
   std::unique_ptr<BagFile> bag_file;
   std::map<std::uint16_t, std::size_t> channels; // index in all channels, by id
   std::vector<mcap::RecordExtent> metadata;
   std::vector<mcap::RecordExtent> attachments;
 };
 
-} // namespace
-
-class BagReader::Implementation {
-public:
-  RecordingStatus
-  open(const std::string& path, const ChannelFilter& wants);
-
-  RecordingStatus
-  addFile(InputFile file, const ChannelFilter& wants);
-
-  void
-  sortIndex();
-
-  RecordingStatus
-  read(const BagEntry& entry, McapMessage& message);
-
-  RecordingStatus
-  readMetadata(std::vector<McapMetadata>& metadata);
-
-  RecordingStatus
-  readAttachments(const std::function<RecordingStatus(const McapAttachment&)>& visit);
-
-  bool
-  isInDatabase(const BagEntry& entry) const
-  {
-    return files_[sections_[entry.chunk].file].bag_file->hasRows();
-  }
-
-  /** \brief Byte of its file at which a message or its chunk begins, or its row. */
-  std::uint64_t
-  placeOf(const BagEntry& entry) const
-  {
-    const Section& section = sections_[entry.chunk].section;
-    return section.is_chunk ? section.offset : entry.offset;
-  }
-
-  std::string profile_;
-  std::vector<McapChannel> channels_;
-  std::vector<BagEntry> index_;
-  std::vector<FileSection> sections_;
-  std::vector<RecordingDamage> damage_;
-  bool is_unfinished_ = false;
-  bool is_compressed_ = false;
-  bool has_databases_ = false;
-  std::uint64_t file_bytes_ = 0;
-
-private:
-  std::unique_ptr<BagFile>
-  bagFileOf(InputFile&& file);
-
-  void
-  addChannels(std::map<std::uint16_t, McapChannel>& channels, IndexedFile& file);
-
-  RecordingStatus
-  fail(std::size_t file, std::uint64_t offset, const std::string& message);
-
-  BagFile&
-  openFile(std::size_t number);
-
-  ChunkCache cache_;
-  Time last_time_{0}; // of the message that was read last
-  std::vector<IndexedFile> files_;
-  std::vector<std::size_t>
-      open_files_; // numbers of files; the one used last is the last
-  std::set<std::pair<std::size_t, std::uint64_t>> known_damage_; // file and offset
-};
+BagReader::BagReader() : cache_(new ChunkCache) {}
+BagReader::~BagReader() = default;
+BagReader::BagReader(BagReader&&) noexcept = default;
+BagReader&
+BagReader::operator=(BagReader&&) noexcept = default;
 
 void
-BagReader::Implementation::addChannels(std::map<std::uint16_t, McapChannel>& channels,
-                                       IndexedFile& file)
+BagReader::addChannels(std::map<std::uint16_t, McapChannel>& channels,
+                       IndexedFile& file)
 {
   channels_.reserve(channels_.size() + channels.size()); // so that none moves below
   // Each continues at most one channel of this file: a topic may have several.
@@ -159,7 +91,7 @@ BagReader::Implementation::addChannels(std::map<std::uint16_t, McapChannel>& cha
 }
 
 RecordingStatus
-BagReader::Implementation::addFile(InputFile input, const ChannelFilter& wants)
+BagReader::addFile(InputFile&& input, const ChannelFilter& wants)
 {
   FileContents contents;
   std::string damage;
@@ -178,7 +110,7 @@ BagReader::Implementation::addFile(InputFile input, const ChannelFilter& wants)
                            {0, damage, file.bag_file->file().path()});
   const std::size_t number = files_.size();
   file_bytes_ += file.bag_file->file().size();
-  cache_.allowFile(file.bag_file->file().size());
+  cache_->allowFile(file.bag_file->file().size());
   has_databases_ |= file.bag_file->hasRows();
   if (number == 0)
     profile_ = contents.profile;
@@ -204,21 +136,20 @@ BagReader::Implementation::addFile(InputFile input, const ChannelFilter& wants)
   return {};
 }
 
-/** \brief The file in its format. */
 std::unique_ptr<BagFile>
-BagReader::Implementation::bagFileOf(InputFile&& file)
+BagReader::bagFileOf(InputFile&& file)
 {
   if (sqlite::isDatabase(file))
     return std::make_unique<sqlite::BagDatabase>(std::move(file));
   if (beginsWith(beginningOf(file, sizeof(ros1::magic)), ros1::magic))
-    return std::make_unique<ros1::Ros1File>(std::move(file), cache_);
-  return std::make_unique<mcap::McapFile>(std::move(file), cache_);
+    return std::make_unique<ros1::Ros1File>(std::move(file), *cache_);
+  return std::make_unique<mcap::McapFile>(std::move(file), *cache_);
 }
 
 /** \brief A file of the bag, which is opened if it is not open, in place of the one
  * that was not used for longest. */
 BagFile&
-BagReader::Implementation::openFile(std::size_t number)
+BagReader::openFile(std::size_t number)
 {
   const auto found = std::find(open_files_.begin(), open_files_.end(), number);
   if (found != open_files_.end())
@@ -233,7 +164,7 @@ BagReader::Implementation::openFile(std::size_t number)
 }
 
 RecordingStatus
-BagReader::Implementation::open(const std::string& path, const ChannelFilter& wants)
+BagReader::openPath(const std::string& path, const ChannelFilter& wants)
 {
   std::vector<std::string> paths;
   const bool is_folder = isFolder(path);
@@ -268,7 +199,7 @@ BagReader::Implementation::open(const std::string& path, const ChannelFilter& wa
 }
 
 void
-BagReader::Implementation::sortIndex()
+BagReader::sortIndex()
 {
   // In place: a stable sort would take as much memory again.
   std::sort(index_.begin(), index_.end(), [](const BagEntry& a, const BagEntry& b) {
@@ -278,9 +209,7 @@ BagReader::Implementation::sortIndex()
 }
 
 RecordingStatus
-BagReader::Implementation::fail(std::size_t file,
-                                std::uint64_t offset,
-                                const std::string& message)
+BagReader::fail(std::size_t file, std::uint64_t offset, const std::string& message)
 {
   const std::string& path = files_[file].bag_file->file().path();
   const bool has_rows = files_[file].bag_file->hasRows(); // in place of bytes
@@ -292,72 +221,73 @@ BagReader::Implementation::fail(std::size_t file,
 }
 
 RecordingStatus
-BagReader::Implementation::read(const BagEntry& entry, McapMessage& message)
+BagReader::read(const BagEntry& entry, McapMessage& message)
 {
-  const FileSection& part = sections_[entry.chunk];
-  if (entry.log_time < last_time_)
-    cache_.beginPass();
-  last_time_ = entry.log_time;
-  std::uint16_t channel_id = 0;
-  std::string failure = openFile(part.file).read(
-      {part.section, entry.chunk, entry.offset}, message, channel_id);
-  if (failure.empty()) {
-    const auto& channels = files_[part.file].channels;
-    const auto channel = channels.find(channel_id);
-    if (channel == channels.end() || channel->second != entry.channel ||
-        message.log_time != entry.log_time)
-      failure = "a message is not where the index says";
-  }
-  message.channel = entry.channel;
-  if (failure.empty())
-    failure = decompressMessage(channels_[entry.channel], message.bytes);
-  return failure.empty() ? RecordingStatus() : fail(part.file, placeOf(entry), failure);
-}
-
-RecordingStatus
-BagReader::Implementation::readMetadata(std::vector<McapMetadata>& metadata)
-{
-  metadata.clear();
-  RecordingStatus status;
-  for (std::size_t i = 0; i < files_.size(); ++i)
-    for (const mcap::RecordExtent& extent : files_[i].metadata) {
-      McapMetadata read;
-      if (openFile(i).readMetadata(extent, read))
-        metadata.push_back(std::move(read));
-      else
-        status = fail(i, extent.offset, "a metadata record cannot be read");
+  return guarded([&]() -> RecordingStatus {
+    const FileSection& part = sections_[entry.chunk];
+    if (entry.log_time < last_time_)
+      cache_->beginPass();
+    last_time_ = entry.log_time;
+    std::uint16_t channel_id = 0;
+    std::string failure = openFile(part.file).read(
+        {part.section, entry.chunk, entry.offset}, message, channel_id);
+    if (failure.empty()) {
+      const auto& channels = files_[part.file].channels;
+      const auto channel = channels.find(channel_id);
+      if (channel == channels.end() || channel->second != entry.channel ||
+          message.log_time != entry.log_time)
+        failure = not_indexed;
     }
-  return status;
+    message.channel = entry.channel;
+    if (failure.empty())
+      failure = decompressMessage(channels_[entry.channel], message.bytes);
+    return failure.empty() ? RecordingStatus()
+                           : fail(part.file, placeOf(entry), failure);
+  });
 }
 
 RecordingStatus
-BagReader::Implementation::readAttachments(
+BagReader::readMetadata(std::vector<McapMetadata>& metadata)
+{
+  return guarded([&]() -> RecordingStatus {
+    metadata.clear();
+    RecordingStatus status;
+    for (std::size_t i = 0; i < files_.size(); ++i)
+      for (const mcap::RecordExtent& extent : files_[i].metadata) {
+        McapMetadata read;
+        if (openFile(i).readMetadata(extent, read))
+          metadata.push_back(std::move(read));
+        else
+          status = fail(i, extent.offset, "a metadata record cannot be read");
+      }
+    return status;
+  });
+}
+
+RecordingStatus
+BagReader::readAttachments(
     const std::function<RecordingStatus(const McapAttachment&)>& visit)
 {
-  RecordingStatus status;
-  for (std::size_t i = 0; i < files_.size(); ++i)
-    for (const mcap::RecordExtent& extent : files_[i].attachments) {
-      McapAttachment attachment;
-      if (!openFile(i).readAttachment(extent, attachment))
-        status = fail(i, extent.offset, "an attachment cannot be read");
-      else if (RecordingStatus visited = visit(attachment); !visited.ok())
-        return visited;
-    }
-  return status;
+  return guarded([&]() -> RecordingStatus {
+    RecordingStatus status;
+    for (std::size_t i = 0; i < files_.size(); ++i)
+      for (const mcap::RecordExtent& extent : files_[i].attachments) {
+        McapAttachment attachment;
+        if (!openFile(i).readAttachment(extent, attachment))
+          status = fail(i, extent.offset, "an attachment cannot be read");
+        else if (RecordingStatus visited = visit(attachment); !visited.ok())
+          return visited;
+      }
+    return status;
+  });
 }
-
-BagReader::BagReader() : implementation_(new Implementation) {}
-BagReader::~BagReader() = default;
-BagReader::BagReader(BagReader&&) noexcept = default;
-BagReader&
-BagReader::operator=(BagReader&&) noexcept = default;
 
 RecordingStatus
 BagReader::open(const std::string& path, const ChannelFilter& wants)
 {
   return guarded([&] {
-    implementation_ = std::make_unique<Implementation>();
-    return implementation_->open(path, wants);
+    *this = BagReader();
+    return openPath(path, wants);
   });
 }
 
@@ -365,9 +295,9 @@ RecordingStatus
 BagReader::open(InputFile&& file, const ChannelFilter& wants)
 {
   return guarded([&] {
-    implementation_ = std::make_unique<Implementation>();
-    RecordingStatus status = implementation_->addFile(std::move(file), wants);
-    implementation_->sortIndex();
+    *this = BagReader();
+    RecordingStatus status = addFile(std::move(file), wants);
+    sortIndex();
     return status;
   });
 }
@@ -391,78 +321,20 @@ BagReader::isBagFile(const InputFile& file)
          beginsWith(beginning, "\x89MCAP");
 }
 
-const std::string&
-BagReader::profile() const
+/** \brief Byte of its file at which a message or its chunk begins, or its row. */
+std::uint64_t
+BagReader::placeOf(const BagEntry& entry) const
 {
-  return implementation_->profile_;
-}
-
-const std::vector<McapChannel>&
-BagReader::channels() const
-{
-  return implementation_->channels_;
-}
-
-const std::vector<BagEntry>&
-BagReader::index() const
-{
-  return implementation_->index_;
-}
-
-RecordingStatus
-BagReader::read(const BagEntry& entry, McapMessage& message)
-{
-  return guarded([&] { return implementation_->read(entry, message); });
-}
-
-RecordingStatus
-BagReader::readMetadata(std::vector<McapMetadata>& metadata)
-{
-  return guarded([&] { return implementation_->readMetadata(metadata); });
-}
-
-RecordingStatus
-BagReader::readAttachments(
-    const std::function<RecordingStatus(const McapAttachment&)>& visit)
-{
-  return guarded([&] { return implementation_->readAttachments(visit); });
+  const Section& section = sections_[entry.chunk].section;
+  return section.is_chunk ? section.offset : entry.offset;
 }
 
 std::uint64_t
 BagReader::fileOffset(const BagEntry& entry) const
 {
   // In a database it is in pages.
-  return implementation_->isInDatabase(entry) ? 0 : implementation_->placeOf(entry);
-}
-
-const std::vector<RecordingDamage>&
-BagReader::damage() const
-{
-  return implementation_->damage_;
-}
-
-bool
-BagReader::isCompressed() const
-{
-  return implementation_->is_compressed_;
-}
-
-bool
-BagReader::hasDatabases() const
-{
-  return implementation_->has_databases_;
-}
-
-bool
-BagReader::isUnfinished() const
-{
-  return implementation_->is_unfinished_;
-}
-
-std::uint64_t
-BagReader::fileBytes() const
-{
-  return implementation_->file_bytes_;
+  const bool has_rows = files_[sections_[entry.chunk].file].bag_file->hasRows();
+  return has_rows ? 0 : placeOf(entry);
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -10,12 +10,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::recording {
 
+class BagFile;
+class ChunkCache;
 class InputFile;
 
 /** \brief Where a message is; see BagReader::index(). */
@@ -63,17 +68,26 @@ public:
 
   /** \brief Profile of the file, such as "ros2". */
   const std::string&
-  profile() const;
+  profile() const
+  {
+    return profile_;
+  }
 
   /** \brief All channels. Those of one topic are one channel if they agree in
    * everything and are in different files of a folder. */
   const std::vector<McapChannel>&
-  channels() const;
+  channels() const
+  {
+    return channels_;
+  }
 
   /** \brief The messages of the wanted channels, by their log time, those of the same
    * time in the order of the file. */
   const std::vector<BagEntry>&
-  index() const;
+  index() const
+  {
+    return index_;
+  }
 
   /** \brief Reads a message.
    * \param[in] entry one of index()
@@ -99,34 +113,93 @@ public:
 
   /** \brief What could not be read until now. */
   const std::vector<RecordingDamage>&
-  damage() const;
+  damage() const
+  {
+    return damage_;
+  }
 
   /** \brief True if a file had no summary, as one whose recorder did not end in an
    * orderly way. */
   bool
-  isUnfinished() const;
+  isUnfinished() const
+  {
+    return is_unfinished_;
+  }
 
   /** \brief True if a file was decompressed into a temporary one, as it is whenever it
    * is opened. */
   bool
-  isCompressed() const;
+  isCompressed() const
+  {
+    return is_compressed_;
+  }
 
   /** \brief True if a file has the storage sqlite3. */
   bool
-  hasDatabases() const;
+  hasDatabases() const
+  {
+    return has_databases_;
+  }
 
-  /** \brief Bytes of the file or files. */
   std::uint64_t
-  fileBytes() const;
+  fileBytes() const
+  {
+    return file_bytes_;
+  }
 
 private:
   friend class RecordingReader;
-  class Implementation;
+
+  /** \brief A file of the bag, with its contents among those of the bag. */
+  struct IndexedFile;
+
+  /** \brief A section of one of several files. */
+  struct FileSection {
+    std::size_t file;
+    Section section;
+  };
 
   RecordingStatus
   open(InputFile&& file, const ChannelFilter& wants);
 
-  std::unique_ptr<Implementation> implementation_;
+  RecordingStatus
+  openPath(const std::string& path, const ChannelFilter& wants);
+
+  RecordingStatus
+  addFile(InputFile&& file, const ChannelFilter& wants);
+
+  std::unique_ptr<BagFile>
+  bagFileOf(InputFile&& file);
+
+  void
+  addChannels(std::map<std::uint16_t, McapChannel>& channels, IndexedFile& file);
+
+  void
+  sortIndex();
+
+  RecordingStatus
+  fail(std::size_t file, std::uint64_t offset, const std::string& message);
+
+  BagFile&
+  openFile(std::size_t number);
+
+  std::uint64_t
+  placeOf(const BagEntry& entry) const;
+
+  std::string profile_;
+  std::vector<McapChannel> channels_;
+  std::vector<BagEntry> index_;
+  std::vector<FileSection> sections_;
+  std::vector<RecordingDamage> damage_;
+  bool is_unfinished_ = false;
+  bool is_compressed_ = false;
+  bool has_databases_ = false;
+  std::uint64_t file_bytes_ = 0;
+  std::unique_ptr<ChunkCache> cache_; // of all files
+  Time last_time_{0};                 // of the message that was read last
+  std::vector<IndexedFile> files_;
+  std::vector<std::size_t> open_files_; // numbers; the one used last is the last
+  std::set<std::pair<std::size_t, std::uint64_t>> known_damage_; // file and offset
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/files.h"
 
-#include "recording/system_files.h"
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -26,55 +24,29 @@ systemFailure(RecordingCode code, const std::string& path, const std::string& ac
               : "cannot " + action + " '" + path + "': " + std::strerror(errno)};
 }
 
-/** \brief Creates or empties a file that nobody else is writing.
- * \return its descriptor, or -1
- */
-int
-openOutput(const std::string& path)
+/** \brief Creates or empties a file that nobody else is writing. */
+bool
+openOutput(const std::string& path, Descriptor& descriptor)
 {
-  const int descriptor = openToWrite(path);
+  descriptor = Descriptor(openToWrite(path));
   FileType type{};
   std::uint64_t size = 0;
-  if (descriptor < 0 || (describeFile(descriptor, type, size) &&
-                         (type != FileType::Regular || truncateFile(descriptor, 0))))
-    return descriptor;
-  const int error = errno;
-  closeFile(descriptor);
-  errno = error;
-  return -1;
+  return descriptor.isOpen() && describeFile(descriptor.get(), type, size) &&
+         (type != FileType::Regular || truncateFile(descriptor.get(), 0));
 }
 
 } // namespace
-
-InputFile::~InputFile()
-{
-  if (descriptor_ >= 0)
-    closeFile(descriptor_);
-}
-
-InputFile::InputFile(InputFile&& other) noexcept { *this = std::move(other); }
-
-InputFile&
-InputFile::operator=(InputFile&& other) noexcept
-{
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(copy_, other.copy_);
-  std::swap(has_name_, other.has_name_);
-  std::swap(size_, other.size_);
-  std::swap(path_, other.path_);
-  return *this;
-}
 
 RecordingStatus
 InputFile::open(const std::string& path)
 {
   path_ = path == standard_stream ? "standard input" : path;
-  if (descriptor_ >= 0)
-    closeFile(descriptor_);
+  descriptor_.close();
   copy_ = TemporaryFile();
-  descriptor_ = path == standard_stream ? duplicateStandard(0) : openToRead(path);
+  descriptor_ =
+      Descriptor(path == standard_stream ? duplicateStandard(0) : openToRead(path));
   FileType type{};
-  if (descriptor_ < 0 || !describeFile(descriptor_, type, size_))
+  if (!descriptor_.isOpen() || !describeFile(descriptor_.get(), type, size_))
     return systemFailure(RecordingCode::InputFailed, path_, "open");
   if (type == FileType::Folder) {
     errno = EISDIR;
@@ -84,15 +56,14 @@ InputFile::open(const std::string& path)
   if (type == FileType::Regular)
     return {};
   TemporaryFile copy;
-  RecordingStatus status = copyToTemporaryFile(descriptor_, path_, {}, {}, copy);
+  RecordingStatus status = copyToTemporaryFile(descriptor_.get(), path_, {}, {}, copy);
   return status.ok() ? replaceBy(std::move(copy)) : status;
 }
 
 RecordingStatus
 InputFile::replaceBy(TemporaryFile&& copy)
 {
-  if (descriptor_ >= 0)
-    closeFile(std::exchange(descriptor_, -1));
+  descriptor_.close();
   has_name_ = false;
   copy_ = std::move(copy);
   FileType type{};
@@ -104,40 +75,25 @@ InputFile::replaceBy(TemporaryFile&& copy)
 void
 InputFile::suspend()
 {
-  if (has_name_ && descriptor_ >= 0)
-    closeFile(std::exchange(descriptor_, -1));
+  if (has_name_)
+    descriptor_.close();
 }
 
 void
 InputFile::resume()
 {
-  if (has_name_ && descriptor_ < 0)
-    descriptor_ = openToRead(path_);
+  if (has_name_ && !descriptor_.isOpen())
+    descriptor_ = Descriptor(openToRead(path_));
 }
 
 bool
 InputFile::read(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const
 {
   return offset <= size_ && count <= size_ - offset &&
-         readAt(
-             copy_.exists() ? copy_.descriptor() : descriptor_, offset, bytes, count);
-}
-
-OutputFile::~OutputFile()
-{
-  if (descriptor_ >= 0)
-    closeFile(descriptor_);
-}
-
-OutputFile::OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
-
-OutputFile&
-OutputFile::operator=(OutputFile&& other) noexcept
-{
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(position_, other.position_);
-  std::swap(path_, other.path_);
-  return *this;
+         readAt(copy_.exists() ? copy_.descriptor() : descriptor_.get(),
+                offset,
+                bytes,
+                count);
 }
 
 RecordingStatus
@@ -145,17 +101,19 @@ OutputFile::open(const std::string& path)
 {
   path_ = path == standard_stream ? "standard output" : path;
   position_ = 0;
-  if (descriptor_ >= 0)
-    closeFile(descriptor_);
-  descriptor_ = path == standard_stream ? duplicateStandard(1) : openOutput(path);
-  return descriptor_ < 0 ? systemFailure(RecordingCode::OutputFailed, path_, "write to")
-                         : RecordingStatus();
+  descriptor_.close();
+  if (path == standard_stream)
+    descriptor_ = Descriptor(duplicateStandard(1));
+  const bool is_open =
+      path == standard_stream ? descriptor_.isOpen() : openOutput(path, descriptor_);
+  return is_open ? RecordingStatus()
+                 : systemFailure(RecordingCode::OutputFailed, path_, "write to");
 }
 
 RecordingStatus
 OutputFile::write(const std::uint8_t* bytes, std::size_t count)
 {
-  if (!writeAll(descriptor_, bytes, count))
+  if (!writeAll(descriptor_.get(), bytes, count))
     return systemFailure(RecordingCode::OutputFailed, path_, "write to");
   position_ += count;
   return {};
@@ -164,11 +122,10 @@ OutputFile::write(const std::uint8_t* bytes, std::size_t count)
 RecordingStatus
 OutputFile::close()
 {
-  const int descriptor = std::exchange(descriptor_, -1);
-  const bool is_synchronised = synchronise(descriptor);
-  return !closeFile(descriptor) || !is_synchronised
-             ? systemFailure(RecordingCode::OutputFailed, path_, "write to")
-             : RecordingStatus();
+  const bool is_synchronised = synchronise(descriptor_.get());
+  return descriptor_.close() && is_synchronised
+             ? RecordingStatus()
+             : systemFailure(RecordingCode::OutputFailed, path_, "write to");
 }
 
 RecordingStatus
@@ -180,11 +137,12 @@ setAsideUnfinished(const std::string& path, const std::string& written_file)
     return {};
   // Nobody else may write it until it has the other name.
   errno = 0;
-  int written = fs::exists(written_file, ignored) ? openToWrite(written_file) : -1;
-  if (written < 0 && errno == EBUSY)
+  Descriptor written(fs::exists(written_file, ignored) ? openToWrite(written_file)
+                                                       : -1);
+  if (!written.isOpen() && errno == EBUSY)
     return systemFailure(RecordingCode::OutputFailed, written_file, "write to");
-  if (written >= 0 && !can_rename_open_files)
-    closeFile(std::exchange(written, -1));
+  if (!can_rename_open_files)
+    written.close();
   bool is_done = false;
   if (fs::is_regular_file(left) && fs::file_size(path, ignored) == 0)
     is_done = fs::remove(path, ignored);
@@ -195,13 +153,9 @@ setAsideUnfinished(const std::string& path, const std::string& written_file)
         break;
     }
   // Its writer may have completed it meanwhile.
-  const RecordingStatus status =
-      is_done || !fs::exists(path, ignored)
-          ? RecordingStatus()
-          : systemFailure(RecordingCode::OutputFailed, path, "rename");
-  if (written >= 0)
-    closeFile(written);
-  return status;
+  return is_done || !fs::exists(path, ignored)
+             ? RecordingStatus()
+             : systemFailure(RecordingCode::OutputFailed, path, "rename");
 }
 
 RecordingStatus

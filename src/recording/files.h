@@ -3,6 +3,7 @@
 
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/system_files.h"
 #include "recording/temporary_copy.h"
 
 #include <cstddef>
@@ -20,12 +21,6 @@ constexpr char standard_stream[] = "-";
 /** \brief A file that is read at any offset. */
 class InputFile {
 public:
-  InputFile() = default;
-  ~InputFile();
-  InputFile(InputFile&& other) noexcept;
-  InputFile&
-  operator=(InputFile&& other) noexcept;
-
   /** \brief Opens a file. An input that cannot seek, such as a pipe, is copied into a
    * temporary file first, see copyToTemporaryFile().
    * \param[in] path a file, or - for the standard input
@@ -67,31 +62,23 @@ public:
   read(std::uint64_t offset, std::size_t count, std::uint8_t* bytes) const;
 
 private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   TemporaryFile copy_;    // of an input that cannot seek
   bool has_name_ = false; // it can be opened again
   std::uint64_t size_ = 0;
   std::string path_;
 };
 
-/** \brief A file that is written from its beginning to its end. */
+/** \brief A file that is written from its beginning to its end. Without close() it stays
+ * as it is. */
 class OutputFile {
 public:
-  OutputFile() = default;
-
-  /** \brief Closes the file, which stays as it is. */
-  ~OutputFile();
-  OutputFile(OutputFile&& other) noexcept;
-  OutputFile&
-  operator=(OutputFile&& other) noexcept;
-
   /** \brief Creates a file, or empties the one that exists, unless somebody writes it.
    * \param[in] path a file, or - for the standard output
    */
   RecordingStatus
   open(const std::string& path);
 
-  /** \brief Appends bytes. */
   RecordingStatus
   write(const std::uint8_t* bytes, std::size_t count);
 
@@ -113,7 +100,7 @@ public:
   }
 
 private:
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::uint64_t position_ = 0;
   std::string path_;
 };

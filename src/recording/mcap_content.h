@@ -26,7 +26,6 @@ struct McapChannel {
   std::map<std::string, std::string> metadata;
 };
 
-/** \brief A message of a channel. */
 struct McapMessage {
   std::size_t channel = 0;    ///< index in the channels of the file
   std::uint32_t sequence = 0; ///< counts the messages of the channel, or 0

@@ -16,73 +16,15 @@ namespace pcl_ext::PCL_EXT_ABI::recording {
 
 using mcap::Opcode;
 
-class McapStream::Implementation {
-public:
-  Implementation(ReadSome read, std::string name)
-  : read_(std::move(read)), name_(std::move(name)), list_(wants_)
-  {}
-
-  Found
-  next();
-
-  std::string profile_;
-  std::vector<McapChannel> channels_;
-  McapMessage message_;
-  McapMetadata metadata_;
-  McapAttachment attachment_;
-  std::vector<RecordingDamage> damage_;
-  std::vector<std::uint8_t> chunk_; // its records, uncompressed
-  std::size_t next_in_chunk_ = 0;
-
-private:
-  bool
-  readRecord();
-
-  std::uint64_t
-  readBytes(std::uint64_t count, bool is_kept);
-
-  bool
-  takeNextOfChunk();
-
-  bool
-  takeMessage(const std::uint8_t* content, std::size_t size);
-
-  void
-  readAfterData();
-
-  void
-  addChannel(const std::uint8_t* content, std::size_t size);
-
-  void
-  unpackChunk();
-
-  bool
-  takeRecord(Found& found);
-
-  void
-  addDamage(const std::string& message)
-  {
-    constexpr std::size_t most = 1000;
-    if (damage_.size() < most)
-      damage_.push_back({offset_, message, name_});
-  }
-
-  ReadSome read_;
-  std::string name_;
-  const ChannelFilter wants_; // all
-  mcap::ChannelList list_;
-  std::map<std::uint16_t, std::size_t> numbers_; // of channels, by id
-  std::vector<std::uint8_t> record_;             // with its prefix
-  std::uint64_t offset_ = mcap::magic.size();    // of the record
-  std::uint64_t position_ = mcap::magic.size();  // in the file
-  bool is_at_end_ = false;
-};
+McapStream::McapStream(ReadSome read, std::string name)
+: read_(std::move(read)), name_(std::move(name)), list_(wants_)
+{}
 
 /** \brief Reads bytes to the end of the record, as they come, or skips them.
  * \return their number, less than asked for at the end of the file
  */
 std::uint64_t
-McapStream::Implementation::readBytes(std::uint64_t count, bool is_kept)
+McapStream::readBytes(std::uint64_t count, bool is_kept)
 {
   constexpr std::uint64_t piece_bytes = std::uint64_t{1} << 20;
   const std::size_t begin = record_.size();
@@ -105,7 +47,7 @@ McapStream::Implementation::readBytes(std::uint64_t count, bool is_kept)
  * \return false at the end of the records
  */
 bool
-McapStream::Implementation::readRecord()
+McapStream::readRecord()
 {
   offset_ = position_;
   record_.clear();
@@ -143,7 +85,7 @@ McapStream::Implementation::readRecord()
 /** \brief Reads what follows the data: who writes the file is not stopped by a pipe that
  * nobody reads. */
 void
-McapStream::Implementation::readAfterData()
+McapStream::readAfterData()
 {
   constexpr std::size_t piece_bytes = std::size_t{1} << 20;
   mcap::BytesAfterEnd after;
@@ -158,7 +100,7 @@ McapStream::Implementation::readAfterData()
 }
 
 void
-McapStream::Implementation::addChannel(const std::uint8_t* content, std::size_t size)
+McapStream::addChannel(const std::uint8_t* content, std::size_t size)
 {
   mcap::Channel channel;
   if (!mcap::parse(content, size, channel) || numbers_.count(channel.id) != 0)
@@ -171,21 +113,15 @@ McapStream::Implementation::addChannel(const std::uint8_t* content, std::size_t 
 }
 
 bool
-McapStream::Implementation::takeMessage(const std::uint8_t* content, std::size_t size)
+McapStream::takeMessage(const std::uint8_t* content, std::size_t size)
 {
-  mcap::MessagePrefix prefix;
-  const auto channel = mcap::parse(content, size, prefix)
-                           ? numbers_.find(prefix.channel_id)
-                           : numbers_.end();
+  std::uint16_t channel_id = 0;
+  if (!mcap::readMessage(content, size, message_, channel_id))
+    return false;
+  const auto channel = numbers_.find(channel_id);
   if (channel == numbers_.end())
     return false;
-  constexpr std::size_t fields_size =
-      mcap::message_prefix_size - mcap::record_prefix_size;
   message_.channel = channel->second;
-  message_.sequence = prefix.sequence;
-  message_.log_time = mcap::messageTime(prefix.log_time);
-  message_.publish_time = mcap::messageTime(prefix.publish_time);
-  message_.bytes.assign(content + fields_size, content + size);
   const std::string failure =
       decompressMessage(channels_[channel->second], message_.bytes);
   if (!failure.empty())
@@ -197,7 +133,7 @@ McapStream::Implementation::takeMessage(const std::uint8_t* content, std::size_t
  * \return false if there is none
  */
 bool
-McapStream::Implementation::takeNextOfChunk()
+McapStream::takeNextOfChunk()
 {
   SpanReader reader(chunk_.data() + next_in_chunk_, chunk_.size() - next_in_chunk_);
   const std::size_t begin = next_in_chunk_;
@@ -217,7 +153,7 @@ McapStream::Implementation::takeNextOfChunk()
 }
 
 void
-McapStream::Implementation::unpackChunk()
+McapStream::unpackChunk()
 {
   const auto readAt =
       [this](std::uint64_t offset, std::size_t count, std::uint8_t* bytes) {
@@ -237,7 +173,7 @@ McapStream::Implementation::unpackChunk()
  * \return true if it is what next() looks for
  */
 bool
-McapStream::Implementation::takeRecord(Found& found)
+McapStream::takeRecord(Found& found)
 {
   const auto opcode = static_cast<Opcode>(record_[0]);
   const std::uint8_t* const content = record_.data() + mcap::record_prefix_size;
@@ -273,7 +209,7 @@ McapStream::Implementation::takeRecord(Found& found)
 }
 
 McapStream::Found
-McapStream::Implementation::next()
+McapStream::next()
 {
   if (takeNextOfChunk())
     return Found::Message;
@@ -287,54 +223,6 @@ McapStream::Implementation::next()
   if (list_.hasTooMany())
     addDamage("there are too many channels with too large schemas; some are lost");
   return Found::End;
-}
-
-McapStream::McapStream(ReadSome read, std::string name)
-: implementation_(new Implementation(std::move(read), std::move(name)))
-{}
-
-McapStream::~McapStream() = default;
-
-McapStream::Found
-McapStream::next()
-{
-  return implementation_->next();
-}
-
-const std::string&
-McapStream::profile() const
-{
-  return implementation_->profile_;
-}
-
-const std::vector<McapChannel>&
-McapStream::channels() const
-{
-  return implementation_->channels_;
-}
-
-McapMessage&
-McapStream::message()
-{
-  return implementation_->message_;
-}
-
-const McapMetadata&
-McapStream::metadata() const
-{
-  return implementation_->metadata_;
-}
-
-const McapAttachment&
-McapStream::attachment() const
-{
-  return implementation_->attachment_;
-}
-
-const std::vector<RecordingDamage>&
-McapStream::damage() const
-{
-  return implementation_->damage_;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

@@ -4,13 +4,14 @@
 #include <pcl_ext/export.h>
 #include <pcl_ext/recording/recording_status.h>
 
+#include "recording/mcap/channel_list.h"
+#include "recording/mcap/records.h"
 #include "recording/mcap_content.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,6 @@ public:
    * \param[in] name of the input, for damage()
    */
   McapStream(ReadSome read, std::string name);
-  ~McapStream();
   McapStream(const McapStream&) = delete;
   McapStream&
   operator=(const McapStream&) = delete;
@@ -46,27 +46,94 @@ public:
 
   /** \brief Profile of the file; after the first next(). */
   const std::string&
-  profile() const;
+  profile() const
+  {
+    return profile_;
+  }
 
   /** \brief All channels until now. */
   const std::vector<McapChannel>&
-  channels() const;
+  channels() const
+  {
+    return channels_;
+  }
 
   /** \brief What next() found last. */
   McapMessage&
-  message();
+  message()
+  {
+    return message_;
+  }
+
   const McapMetadata&
-  metadata() const;
+  metadata() const
+  {
+    return metadata_;
+  }
+
   const McapAttachment&
-  attachment() const;
+  attachment() const
+  {
+    return attachment_;
+  }
 
   /** \brief What could not be read until now. */
   const std::vector<RecordingDamage>&
-  damage() const;
+  damage() const
+  {
+    return damage_;
+  }
 
 private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  bool
+  readRecord();
+
+  std::uint64_t
+  readBytes(std::uint64_t count, bool is_kept);
+
+  bool
+  takeNextOfChunk();
+
+  bool
+  takeMessage(const std::uint8_t* content, std::size_t size);
+
+  void
+  readAfterData();
+
+  void
+  addChannel(const std::uint8_t* content, std::size_t size);
+
+  void
+  unpackChunk();
+
+  bool
+  takeRecord(Found& found);
+
+  void
+  addDamage(const std::string& message)
+  {
+    constexpr std::size_t most = 1000;
+    if (damage_.size() < most)
+      damage_.push_back({offset_, message, name_});
+  }
+
+  ReadSome read_;
+  std::string name_;
+  const ChannelFilter wants_; // all
+  mcap::ChannelList list_;
+  std::map<std::uint16_t, std::size_t> numbers_; // of channels, by id
+  std::vector<std::uint8_t> record_;             // with its prefix
+  std::uint64_t offset_ = mcap::magic.size();    // of the record
+  std::uint64_t position_ = mcap::magic.size();  // in the file
+  bool is_at_end_ = false;
+  std::string profile_;
+  std::vector<McapChannel> channels_;
+  McapMessage message_;
+  McapMetadata metadata_;
+  McapAttachment attachment_;
+  std::vector<RecordingDamage> damage_;
+  std::vector<std::uint8_t> chunk_; // its records, uncompressed
+  std::size_t next_in_chunk_ = 0;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

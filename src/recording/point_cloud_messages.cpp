@@ -1,8 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/point_cloud_messages.h"
 
-#include "recording/format_name.h"
-
 #include <limits>
 #include <string>
 
@@ -10,6 +8,7 @@ namespace pcl_ext::PCL_EXT_ABI::recording {
 
 namespace {
 
+constexpr char format_name[] = "pcl_ext"; // of this library's frames
 constexpr char cloud_type[] = "sensor_msgs/msg/PointCloud2";
 constexpr char compressed_cloud_type[] =
     "point_cloud_interfaces/msg/CompressedPointCloud2";
@@ -122,6 +121,13 @@ isCompressedPointCloud(const McapChannel& channel)
 {
   return hasType(channel, compressed_cloud_type) ||
          hasType(channel, compressed_cloud_type_of_ros1, ros1_encoding);
+}
+
+bool
+isFormatOfFrames(const std::string& format)
+{
+  const std::string name = format_name;
+  return format == name || format.compare(0, name.size() + 1, name + '/') == 0;
 }
 
 MessageEncoding

@@ -61,9 +61,13 @@ isCompressedPointCloud(const McapChannel& channel);
 PCL_EXT_RECORDING_EXPORT McapChannel
 pointCloudChannel(const std::string& topic);
 
-/** \brief The same for compressed clouds. */
 PCL_EXT_RECORDING_EXPORT McapChannel
 compressedPointCloudChannel(const std::string& topic);
+
+/** \brief True if the compressed bytes of a message are frames of this library. A
+ * format may say more after a slash, such as pcl_ext/version1. */
+bool
+isFormatOfFrames(const std::string& format);
 
 /** \brief The encoding of the messages of a channel with clouds. */
 PCL_EXT_RECORDING_EXPORT MessageEncoding

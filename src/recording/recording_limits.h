@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <pcl_ext/recording/recording_reader.h>
+#include <pcl_ext/compression/decoder_limits.h>
 
 #include <cstddef>
 
@@ -11,7 +11,12 @@ namespace pcl_ext::PCL_EXT_ABI::recording {
 constexpr std::size_t max_recorded_frame_bytes = std::size_t{1} << 28;
 
 /** \brief Limits for looking at frames without decoding them. */
-io::DecoderLimits
-limitsOfReading();
+inline io::DecoderLimits
+limitsOfReading()
+{
+  io::DecoderLimits limits = io::DecoderLimits::none();
+  limits.max_frame_bytes = max_recorded_frame_bytes;
+  return limits;
+}
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording

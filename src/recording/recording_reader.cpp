@@ -17,7 +17,32 @@ namespace pcl_ext::PCL_EXT_ABI::recording {
 class RecordingReader::Implementation {
 public:
   RecordingStatus
-  open(const std::string& path);
+  open(const std::string& path)
+  {
+    const bool is_folder = isRosbag2Folder(path);
+    InputFile file;
+    if (!is_folder)
+      files_ = {path};
+    RecordingStatus status =
+        is_folder ? filesOfRosbag2Folder(path, files_) : file.open(path);
+    if (!status.ok())
+      return status;
+    if (!is_folder && !BagReader::isBagFile(file)) {
+      auto frames = std::make_unique<FrameFile>();
+      status = frames->open(std::move(file));
+      setSource(std::move(frames));
+      return status;
+    }
+    BagReader reader;
+    status = is_folder ? reader.open(path, isCompressedPointCloud)
+                       : reader.open(std::move(file), isCompressedPointCloud);
+    if (!status.ok())
+      return status;
+    auto frames = std::make_unique<McapFrames>();
+    status = frames->open(std::move(reader), path);
+    setSource(std::move(frames));
+    return status;
+  }
 
   /** \brief A frame by its number; null if there is no such frame. */
   const IndexedFrame*
@@ -62,34 +87,6 @@ public:
   std::vector<std::string> files_;
   io::DecodingMemory decoding_memory_; // of all decoders of its streams
 };
-
-RecordingStatus
-RecordingReader::Implementation::open(const std::string& path)
-{
-  const bool is_folder = isRosbag2Folder(path);
-  InputFile file;
-  if (!is_folder)
-    files_ = {path};
-  RecordingStatus status =
-      is_folder ? filesOfRosbag2Folder(path, files_) : file.open(path);
-  if (!status.ok())
-    return status;
-  if (!is_folder && !BagReader::isBagFile(file)) {
-    auto frames = std::make_unique<FrameFile>();
-    status = frames->open(std::move(file));
-    setSource(std::move(frames));
-    return status;
-  }
-  BagReader reader;
-  status = is_folder ? reader.open(path, isCompressedPointCloud)
-                     : reader.open(std::move(file), isCompressedPointCloud);
-  if (!status.ok())
-    return status;
-  auto frames = std::make_unique<McapFrames>();
-  status = frames->open(std::move(reader), path);
-  setSource(std::move(frames));
-  return status;
-}
 
 RecordingReader::RecordingReader() : implementation_(new Implementation) {}
 RecordingReader::~RecordingReader() = default;
@@ -219,10 +216,38 @@ public:
   }
 
   io::CompressionStatus
-  decode(std::size_t number, io::VoxelFrame& voxels);
+  decode(std::size_t number, io::VoxelFrame& voxels)
+  {
+    voxels.clearVoxels();
+    const std::vector<RecordedStream>& streams = reader_.streams();
+    if (stream_ >= streams.size() || number >= streams[stream_].frames)
+      return {io::CompressionCode::InputFailed,
+              "the recording has no frame " + std::to_string(number) + " of stream " +
+                  std::to_string(stream_)};
+    std::size_t first = number;
+    if (number != next_) {
+      first = reader_.iFrameBefore(stream_, number);
+      // If the last frame lies between the two, its history serves, too.
+      if (next_ > first && next_ <= number)
+        first = next_;
+      else
+        restartDecoder();
+    }
+    return decodeFrom(first, number, voxels, false);
+  }
 
   io::CompressionStatus
-  decode(const RecordedFrame& frame, io::VoxelFrame& voxels);
+  decode(const RecordedFrame& frame, io::VoxelFrame& voxels)
+  {
+    const bool has_reference = is_last_decoded_ && frame.number == next_;
+    io::CompressionStatus status = decodeNext(frame, voxels);
+    // The frame before it was decoded, and then dropped to keep the memory limit.
+    if (status.code() != io::CompressionCode::MissingReference || !has_reference)
+      return status;
+    const std::size_t number = frame.number; // of frame_, perhaps
+    restartDecoder();
+    return decodeFrom(reader_.iFrameBefore(stream_, number), number, voxels, true);
+  }
 
   const io::CodedFrameStatistics&
   statistics() const
@@ -238,14 +263,51 @@ private:
     decoder_.setDecodesVoxels(decodes_voxels_);
   }
 
+  /** \brief Decodes frames of the recording, and keeps the last one.
+   * \param[in] is_again they were decoded before
+   */
   io::CompressionStatus
   decodeFrom(std::size_t first,
              std::size_t number,
              io::VoxelFrame& voxels,
-             bool is_again);
+             bool is_again)
+  {
+    io::CompressionStatus status;
+    for (std::size_t i = first; i <= number; ++i) {
+      voxels.clearVoxels();
+      const RecordingStatus read = reader_.read(stream_, i, frame_);
+      frame_.number = i;
+      if (read.ok())
+        status = is_again ? decodeNext(frame_, voxels) : decode(frame_, voxels);
+      else
+        status = {io::CompressionCode::InputFailed, read.message()};
+    }
+    next_ = number + 1;
+    return status;
+  }
 
+  /** \brief Decodes a frame after the last one. */
   io::CompressionStatus
-  decodeNext(const RecordedFrame& frame, io::VoxelFrame& voxels);
+  decodeNext(const RecordedFrame& frame, io::VoxelFrame& voxels)
+  {
+    const auto decode_bytes = [&] {
+      return decoder_.decode(frame.bytes.data(),
+                             frame.bytes.size(),
+                             voxels,
+                             reader_.implementation_->decoding_memory_);
+    };
+    io::CompressionStatus status = decode_bytes();
+    // Frames arrive in order here: this is a stream that was recorded again, as of a bag
+    // that was played in a loop, and an I-frame decodes whatever was before it.
+    if (status.code() == io::CompressionCode::OldFrame &&
+        frame.description.status.ok() && frame.description.is_i_frame) {
+      restartDecoder();
+      status = decode_bytes();
+    }
+    next_ = frame.number + 1;
+    is_last_decoded_ = status.ok();
+    return status;
+  }
 
   RecordingReader& reader_;
   std::size_t stream_;
@@ -256,89 +318,6 @@ private:
   bool is_last_decoded_ = false; // the last one, by decoder_
   RecordedFrame frame_;
 };
-
-/** \brief Decodes a frame after the last one. */
-io::CompressionStatus
-RecordedStreamDecoder::Implementation::decodeNext(const RecordedFrame& frame,
-                                                  io::VoxelFrame& voxels)
-{
-  const auto decode_bytes = [&] {
-    return decoder_.decode(frame.bytes.data(),
-                           frame.bytes.size(),
-                           voxels,
-                           reader_.implementation_->decoding_memory_);
-  };
-  io::CompressionStatus status = decode_bytes();
-  // Frames arrive in order here: this is a stream that was recorded again, as of a bag
-  // that was played in a loop, and an I-frame decodes whatever was before it.
-  if (status.code() == io::CompressionCode::OldFrame && frame.description.status.ok() &&
-      frame.description.is_i_frame) {
-    restartDecoder();
-    status = decode_bytes();
-  }
-  next_ = frame.number + 1;
-  is_last_decoded_ = status.ok();
-  return status;
-}
-
-io::CompressionStatus
-RecordedStreamDecoder::Implementation::decode(const RecordedFrame& frame,
-                                              io::VoxelFrame& voxels)
-{
-  const bool has_reference = is_last_decoded_ && frame.number == next_;
-  io::CompressionStatus status = decodeNext(frame, voxels);
-  // The frame before it was decoded, and then dropped to keep the memory limit.
-  if (status.code() != io::CompressionCode::MissingReference || !has_reference)
-    return status;
-  const std::size_t number = frame.number; // of frame_, perhaps
-  restartDecoder();
-  return decodeFrom(reader_.iFrameBefore(stream_, number), number, voxels, true);
-}
-
-/** \brief Decodes frames of the recording, and keeps the last one.
- * \param[in] is_again they were decoded before
- */
-io::CompressionStatus
-RecordedStreamDecoder::Implementation::decodeFrom(std::size_t first,
-                                                  std::size_t number,
-                                                  io::VoxelFrame& voxels,
-                                                  bool is_again)
-{
-  io::CompressionStatus status;
-  for (std::size_t i = first; i <= number; ++i) {
-    voxels.clearVoxels();
-    const RecordingStatus read = reader_.read(stream_, i, frame_);
-    frame_.number = i;
-    if (read.ok())
-      status = is_again ? decodeNext(frame_, voxels) : decode(frame_, voxels);
-    else
-      status = {io::CompressionCode::InputFailed, read.message()};
-  }
-  next_ = number + 1;
-  return status;
-}
-
-io::CompressionStatus
-RecordedStreamDecoder::Implementation::decode(std::size_t number,
-                                              io::VoxelFrame& voxels)
-{
-  voxels.clearVoxels();
-  const std::vector<RecordedStream>& streams = reader_.streams();
-  if (stream_ >= streams.size() || number >= streams[stream_].frames)
-    return {io::CompressionCode::InputFailed,
-            "the recording has no frame " + std::to_string(number) + " of stream " +
-                std::to_string(stream_)};
-  std::size_t first = number;
-  if (number != next_) {
-    first = reader_.iFrameBefore(stream_, number);
-    // If the last frame lies between the two, its history serves, too.
-    if (next_ > first && next_ <= number)
-      first = next_;
-    else
-      restartDecoder();
-  }
-  return decodeFrom(first, number, voxels, false);
-}
 
 RecordedStreamDecoder::RecordedStreamDecoder(RecordingReader& reader,
                                              std::size_t stream,

@@ -98,7 +98,6 @@ blockBelow(const std::string& text, const std::vector<Line>& lines, std::size_t 
   return block;
 }
 
-/** \brief The value of a key. */
 std::string
 valueOf(const std::string& text, const std::vector<Line>& lines, std::size_t key)
 {

@@ -89,6 +89,13 @@ public:
     return has_failed_;
   }
 
+protected:
+  void
+  fail()
+  {
+    has_failed_ = true;
+  }
+
 private:
   const std::uint8_t* bytes_;
   std::size_t size_;

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::recording {
 
@@ -50,6 +51,46 @@ duplicateStandard(int number);
 
 PCL_EXT_RECORDING_EXPORT bool
 closeFile(int descriptor);
+
+/** \brief An open file, which is closed with this. */
+class Descriptor {
+public:
+  /** \param[in] number of the file; -1: none */
+  explicit Descriptor(int number = -1) : number_(number) {}
+
+  ~Descriptor() { close(); }
+
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+
+  Descriptor&
+  operator=(Descriptor&& other) noexcept
+  {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+
+  int
+  get() const
+  {
+    return number_;
+  }
+
+  bool
+  isOpen() const
+  {
+    return number_ >= 0;
+  }
+
+  /** \return false if closing failed; errno stays as it is if nothing is open */
+  bool
+  close()
+  {
+    return number_ < 0 || closeFile(std::exchange(number_, -1));
+  }
+
+private:
+  int number_;
+};
 
 /** \param[out] size of a regular file
  * \return false if there is no such descriptor

@@ -9,7 +9,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <utility>
 
 #ifdef __APPLE__
 #include <sys/param.h>

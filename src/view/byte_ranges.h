@@ -35,7 +35,6 @@ constexpr std::size_t max_byte_ranges = 32;
 std::optional<std::vector<ByteRange>>
 parseByteRanges(std::string_view header, std::uint64_t size);
 
-/** \brief The header Content-Range of a range. */
 std::string
 contentRange(const ByteRange& range, std::uint64_t size);
 

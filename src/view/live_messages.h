@@ -47,7 +47,6 @@ constexpr std::uint32_t published_before = 2;
 FrameHead
 frameHead(std::size_t stream, std::uint32_t flags, std::chrono::nanoseconds time);
 
-/** \brief The message that lists the streams. */
 std::string
 streamsMessage(const std::vector<LiveStream>& streams);
 

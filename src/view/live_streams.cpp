@@ -5,7 +5,6 @@
 #include <pcl_ext/compression/frame_description.h>
 
 #include <algorithm>
-#include <limits>
 #include <new>
 #include <utility>
 

@@ -17,7 +17,6 @@ areEqualIgnoringCase(std::string_view a, std::string_view b)
   });
 }
 
-/** \brief A host without its port. */
 std::string_view
 withoutPort(std::string_view host)
 {

@@ -20,7 +20,6 @@ public:
   Resource&
   operator=(const Resource&) = delete;
 
-  /** \brief Its media type. */
   const std::string&
   type() const
   {

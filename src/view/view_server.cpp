@@ -12,7 +12,6 @@
 #include <csignal>
 #include <filesystem>
 #include <new>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -83,10 +82,55 @@ public:
   operator=(const Implementation&) = delete;
 
   ViewServerStatus
-  setRecording(const std::vector<std::string>& paths);
+  setRecording(const std::vector<std::string>& paths)
+  {
+    if (thread_.joinable())
+      return {ViewServerCode::InvalidArgument, "the server has started already"};
+    std::vector<ListedFile> files;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      const auto resource = fileResource("application/octet-stream", paths[i]);
+      const std::string url = "api/files/" + std::to_string(i);
+      files.push_back(
+          {std::filesystem::path(paths[i]).filename().string(), url, resource->size()});
+      content_.resources["/" + url] = resource;
+    }
+    content_.is_live = false;
+    addSource(recordingSource(settings_.name, files));
+    return {};
+  }
 
   ViewServerStatus
-  start();
+  start()
+  {
+    if (thread_.joinable())
+      return {ViewServerCode::InvalidArgument, "the server has started already"};
+    ViewServerStatus status =
+        listen(io_, settings_.address, settings_.port, listeners_);
+    if (!status.ok())
+      return status;
+    content_.is_loopback = listeners_.is_loopback;
+    const tcp::endpoint endpoint = listeners_.acceptors.front().local_endpoint();
+    url_ = "http://" + hostOfUrl(endpoint.address()) + ":" +
+           std::to_string(endpoint.port()) + "/";
+    for (tcp::acceptor& acceptor : listeners_.acceptors)
+      accept(acceptor);
+    if (content_.is_live)
+      sendStates();
+    // Signals are for the program's own threads.
+    sigset_t all;
+    sigset_t before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
+    try {
+      thread_ = std::thread([this] { run(); });
+    }
+    catch (const std::system_error& error) {
+      status = {ViewServerCode::OutOfMemory,
+                std::string("cannot start a thread: ") + error.what()};
+    }
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    return status;
+  }
 
   std::uint16_t
   port() const
@@ -114,7 +158,23 @@ public:
 
   /** \brief Makes the server's thread send what waits. Called by any thread. */
   void
-  wake();
+  wake()
+  {
+    if (is_waking_.exchange(true))
+      return;
+    try {
+      asio::post(io_, [this] {
+        is_waking_ = false;
+        for (LiveSession* const viewer : content_.viewers)
+          view::wake(*viewer);
+        requestIFrames();
+      });
+    }
+    catch (...) {
+      is_waking_ = false;
+      throw;
+    }
+  }
 
   ViewServerStatistics
   statistics() const
@@ -134,20 +194,85 @@ private:
   }
 
   void
-  accept(tcp::acceptor& acceptor);
+  accept(tcp::acceptor& acceptor)
+  {
+    acceptor.async_accept([this, &acceptor](error_code error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted)
+        return;
+      if (!error) {
+        try {
+          admit(std::move(socket));
+        }
+        catch (const std::exception&) {
+          // As in run().
+        }
+        accept(acceptor);
+        return;
+      }
+      // Such as that there are no more descriptors.
+      accept_timer_.expires_after(wait_after_failed_accept);
+      accept_timer_.async_wait([this, &acceptor](error_code) { accept(acceptor); });
+    });
+  }
 
   void
-  admit(tcp::socket socket);
+  admit(tcp::socket socket)
+  {
+    closeOnExec(socket.native_handle());
+    if (content_.connections < content_.limits.max_connections) {
+      serveConnection(std::move(socket),
+                      content_,
+                      std::make_unique<CountedConnection>(content_.connections));
+      return;
+    }
+    ++refused_;
+    // The buffer of a new connection has room for it.
+    error_code ignored;
+    socket.non_blocking(true, ignored);
+    socket.write_some(
+        asio::buffer(too_many_connections, sizeof(too_many_connections) - 1), ignored);
+  }
 
   void
-  requestIFrames();
+  requestIFrames()
+  {
+    for (const std::size_t stream :
+         content_.streams.dueIFrameRequests(LiveStreams::Clock::now()))
+      settings_.request_i_frame(stream);
+    if (is_request_timer_set_ || !content_.streams.wantsIFrames())
+      return;
+    is_request_timer_set_ = true;
+    request_timer_.expires_after(settings_.limits.i_frame_request_interval);
+    request_timer_.async_wait([this](error_code) {
+      is_request_timer_set_ = false;
+      requestIFrames();
+    });
+  }
 
   /** \brief Sends viewers how fresh the streams are, from now on once a second. */
   void
-  sendStates();
+  sendStates()
+  {
+    // First, as what follows may run out of memory.
+    state_timer_.expires_after(state_interval);
+    state_timer_.async_wait([this](error_code) { sendStates(); });
+    content_.streams.queueState();
+    for (LiveSession* const viewer : content_.viewers)
+      view::wake(*viewer);
+  }
 
   void
-  run();
+  run()
+  {
+    const auto never_done = asio::make_work_guard(io_);
+    while (!io_.stopped())
+      try {
+        io_.run();
+      }
+      catch (const std::exception&) {
+        // Memory ran out for a connection, which is closed; the others go on.
+      }
+  }
 
   const ViewServerSettings settings_;
   ServedContent content_; // before io_, as connections end with io_
@@ -162,155 +287,6 @@ private:
   std::string url_;
   std::thread thread_;
 };
-
-ViewServerStatus
-ViewServer::Implementation::setRecording(const std::vector<std::string>& paths)
-{
-  if (thread_.joinable())
-    return {ViewServerCode::InvalidArgument, "the server has started already"};
-  std::vector<ListedFile> files;
-  for (std::size_t i = 0; i < paths.size(); ++i) {
-    const auto resource = fileResource("application/octet-stream", paths[i]);
-    const std::string url = "api/files/" + std::to_string(i);
-    files.push_back(
-        {std::filesystem::path(paths[i]).filename().string(), url, resource->size()});
-    content_.resources["/" + url] = resource;
-  }
-  content_.is_live = false;
-  addSource(recordingSource(settings_.name, files));
-  return {};
-}
-
-ViewServerStatus
-ViewServer::Implementation::start()
-{
-  if (thread_.joinable())
-    return {ViewServerCode::InvalidArgument, "the server has started already"};
-  ViewServerStatus status = listen(io_, settings_.address, settings_.port, listeners_);
-  if (!status.ok())
-    return status;
-  content_.is_loopback = listeners_.is_loopback;
-  const tcp::endpoint endpoint = listeners_.acceptors.front().local_endpoint();
-  url_ = "http://" + hostOfUrl(endpoint.address()) + ":" +
-         std::to_string(endpoint.port()) + "/";
-  for (tcp::acceptor& acceptor : listeners_.acceptors)
-    accept(acceptor);
-  if (content_.is_live)
-    sendStates();
-  // Signals are for the program's own threads.
-  sigset_t all;
-  sigset_t before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  try {
-    thread_ = std::thread([this] { run(); });
-  }
-  catch (const std::system_error& error) {
-    status = {ViewServerCode::OutOfMemory,
-              std::string("cannot start a thread: ") + error.what()};
-  }
-  pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  return status;
-}
-
-void
-ViewServer::Implementation::run()
-{
-  const auto never_done = asio::make_work_guard(io_);
-  while (!io_.stopped())
-    try {
-      io_.run();
-    }
-    catch (const std::exception&) {
-      // Memory ran out for a connection, which is closed; the others go on.
-    }
-}
-
-void
-ViewServer::Implementation::accept(tcp::acceptor& acceptor)
-{
-  acceptor.async_accept([this, &acceptor](error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted)
-      return;
-    if (!error) {
-      try {
-        admit(std::move(socket));
-      }
-      catch (const std::exception&) {
-        // As in run().
-      }
-      accept(acceptor);
-      return;
-    }
-    // Such as that there are no more descriptors.
-    accept_timer_.expires_after(wait_after_failed_accept);
-    accept_timer_.async_wait([this, &acceptor](error_code) { accept(acceptor); });
-  });
-}
-
-void
-ViewServer::Implementation::admit(tcp::socket socket)
-{
-  closeOnExec(socket.native_handle());
-  if (content_.connections < content_.limits.max_connections) {
-    serveConnection(std::move(socket),
-                    content_,
-                    std::make_unique<CountedConnection>(content_.connections));
-    return;
-  }
-  ++refused_;
-  // The buffer of a new connection has room for it.
-  error_code ignored;
-  socket.non_blocking(true, ignored);
-  socket.write_some(
-      asio::buffer(too_many_connections, sizeof(too_many_connections) - 1), ignored);
-}
-
-void
-ViewServer::Implementation::wake()
-{
-  if (is_waking_.exchange(true))
-    return;
-  try {
-    asio::post(io_, [this] {
-      is_waking_ = false;
-      for (LiveSession* const viewer : content_.viewers)
-        view::wake(*viewer);
-      requestIFrames();
-    });
-  }
-  catch (...) {
-    is_waking_ = false;
-    throw;
-  }
-}
-
-void
-ViewServer::Implementation::requestIFrames()
-{
-  for (const std::size_t stream :
-       content_.streams.dueIFrameRequests(LiveStreams::Clock::now()))
-    settings_.request_i_frame(stream);
-  if (is_request_timer_set_ || !content_.streams.wantsIFrames())
-    return;
-  is_request_timer_set_ = true;
-  request_timer_.expires_after(settings_.limits.i_frame_request_interval);
-  request_timer_.async_wait([this](error_code) {
-    is_request_timer_set_ = false;
-    requestIFrames();
-  });
-}
-
-void
-ViewServer::Implementation::sendStates()
-{
-  // First, as what follows may run out of memory.
-  state_timer_.expires_after(state_interval);
-  state_timer_.async_wait([this](error_code) { sendStates(); });
-  content_.streams.queueState();
-  for (LiveSession* const viewer : content_.viewers)
-    view::wake(*viewer);
-}
 
 bool
 isViewerPage(const std::string& page)

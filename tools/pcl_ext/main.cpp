@@ -21,11 +21,9 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 // In place of the commands that the program was built without.
 
@@ -74,8 +72,7 @@ addKeep(CLI::App& app)
 }
 #endif
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools
 
 namespace {
 

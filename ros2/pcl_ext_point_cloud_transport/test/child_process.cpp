@@ -12,8 +12,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -95,5 +94,4 @@ ChildProcess::output() const
   return text.str();
 }
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

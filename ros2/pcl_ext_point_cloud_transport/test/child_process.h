@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 /** \brief A running program. It ends with this object at the latest. */
 class ChildProcess {
@@ -52,5 +51,4 @@ private:
   std::string output_file_;
 };
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

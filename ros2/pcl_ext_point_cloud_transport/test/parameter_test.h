@@ -7,8 +7,7 @@
 
 #include "plugin_test.h"
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 /** \brief Both ends; the voxels are compared with those of the settings. */
 class ParameterTest : public ::testing::Test {
@@ -49,5 +48,4 @@ protected:
   std::uint32_t number = 0;
 };
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -6,8 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 std::string
 spaceOfThisTest()
@@ -177,8 +176,7 @@ isIFrame(const Compressed& frame)
       .ok();
 }
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test
 
 int
 main(int argc, char** argv)

@@ -26,8 +26,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 using Compressed = point_cloud_interfaces::msg::CompressedPointCloud2;
 using Parameters = std::vector<rclcpp::Parameter>;
@@ -264,5 +263,4 @@ expectVoxels(Sender& sender,
 bool
 isIFrame(const Compressed& frame);
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -10,8 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -141,5 +140,4 @@ TEST_F(Bags, TheProgramOfTheLibraryReadsThem)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

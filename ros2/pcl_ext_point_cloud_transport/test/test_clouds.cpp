@@ -10,8 +10,7 @@
 #include <random>
 #include <string>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -275,5 +274,4 @@ directVoxels(const Cloud& cloud, const pcl_ext::nodes::SensorNodeSettings& setti
   return DirectStream(settings).voxelsOf(cloud);
 }
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 using Cloud = sensor_msgs::msg::PointCloud2;
 using Stamp = builtin_interfaces::msg::Time;
@@ -101,5 +100,4 @@ private:
 Voxels
 directVoxels(const Cloud& cloud, const pcl_ext::nodes::SensorNodeSettings& settings);
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

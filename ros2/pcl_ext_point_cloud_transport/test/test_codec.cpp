@@ -9,8 +9,7 @@
 #include <point_cloud_transport/simple_publisher_plugin.hpp>
 #include <point_cloud_transport/simple_subscriber_plugin.hpp>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -157,5 +156,4 @@ TEST_F(Codec, ErrorsAreReturned)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -5,8 +5,7 @@
  */
 #include "plugin_test.h"
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -99,5 +98,4 @@ TEST(DiagnosticsOf, EachPublisherOfATopicWhileItExists)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -5,8 +5,7 @@
  */
 #include "plugin_test.h"
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -124,5 +123,4 @@ TEST(Garbage, CloudsWithoutPointsGiveCloudsWithoutPoints)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -7,8 +7,7 @@
 
 #include <rclcpp_lifecycle/lifecycle_node.hpp>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -56,5 +55,4 @@ TEST(LifecycleNodes, PublishAndSubscribe)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

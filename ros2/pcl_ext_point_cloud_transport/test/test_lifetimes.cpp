@@ -11,8 +11,7 @@
 #include <atomic>
 #include <random>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -201,5 +200,4 @@ TEST(Lifetimes, DiagnosticsOfWhatHasEnded)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

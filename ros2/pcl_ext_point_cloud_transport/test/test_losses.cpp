@@ -7,8 +7,7 @@
 
 #include <atomic>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -164,5 +163,4 @@ TEST_F(Losses, WithRequestsTheStreamIsInStepWithinThreeFrames)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

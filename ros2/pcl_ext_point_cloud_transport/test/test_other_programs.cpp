@@ -9,8 +9,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -123,5 +122,4 @@ TEST(OtherPrograms, AllTransportsTogether)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

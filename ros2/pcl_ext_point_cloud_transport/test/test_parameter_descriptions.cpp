@@ -8,8 +8,7 @@
 
 #include "parameter_test.h"
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -144,5 +143,4 @@ TEST_F(DeclaredParameters, ThoseThatANodeDeclaresFromItsOverridesAreCheckedAndDe
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -9,8 +9,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -169,5 +168,4 @@ TEST_F(ChangedParameters, ValuesThatNeedEachOtherAreSetTogether)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -11,8 +11,7 @@
 #include <functional>
 #include <random>
 
-namespace pcl_ext_point_cloud_transport {
-namespace test {
+namespace pcl_ext_point_cloud_transport::test {
 
 namespace {
 
@@ -300,5 +299,4 @@ TEST(Streams, ANodeThatAdvertisesATopicTwice)
 
 } // namespace
 
-} // namespace test
-} // namespace pcl_ext_point_cloud_transport
+} // namespace pcl_ext_point_cloud_transport::test

@@ -22,7 +22,6 @@ public:
    */
   StreamTopics(rclcpp::Node& node, std::function<void(Topics)> on_change);
 
-  /** \brief The topics at the start. */
   const Topics&
   initial() const
   {

@@ -14,8 +14,7 @@
 #include <pcl_ext_ros/merging_centre_node.hpp>
 #include <std_msgs/msg/empty.hpp>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
@@ -126,5 +125,4 @@ countFrom(const Frame& frame, float min_intensity)
   return count;
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -10,8 +10,7 @@
 #include <limits>
 #include <random>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 namespace {
 
@@ -81,5 +80,4 @@ toMessage(const std::string& frame_id,
   return message;
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -16,8 +16,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 /** \brief A noisy wall of 2 m by 2 m, 3 m before the sensor, and a ball that moves in
  * front of it. Some points are not finite, as in the clouds of depth cameras.
@@ -52,5 +51,4 @@ toMessage(const std::string& frame_id,
           const pcl_ext::WorldPose& pose,
           const rclcpp::Time& stamp);
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -19,8 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using Bytes = std::vector<std::uint8_t>;
 using Frame = point_cloud_interfaces::msg::CompressedPointCloud2;
@@ -114,5 +113,4 @@ mergedDirectly(double resolution, const std::map<std::string, Bytes>& frames)
   return merged;
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

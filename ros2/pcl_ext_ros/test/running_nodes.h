@@ -18,8 +18,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 /** \brief Waits for a condition, at most half a minute. */
 inline bool
@@ -209,5 +208,4 @@ optionsOf(std::vector<std::string> arguments)
   return rclcpp::NodeOptions().arguments(arguments);
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

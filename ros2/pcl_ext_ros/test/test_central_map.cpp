@@ -15,8 +15,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using std_srvs::srv::Trigger;
 
@@ -122,5 +121,4 @@ TEST_F(CentralMapTest, MapIsPublishedWithRaysAndLatched)
 }
 #endif
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

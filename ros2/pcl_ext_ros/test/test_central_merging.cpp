@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "central_node_test.h"
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using namespace std::chrono_literals;
 
@@ -81,5 +80,4 @@ TEST_F(MergingCentreNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported
                     "Voxels have an edge of 0.15 m, those of the merged grid 0.1 m"));
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "central_node_test.h"
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 TEST_F(MergingCentreNodeTest, NoiseChangesWhileItRuns)
 {
@@ -118,5 +117,4 @@ TEST(MergingCentreNode, ParametersOfAStreamDoNotChangeWhereItIsRemapped)
   EXPECT_TRUE(node.has_parameter("input.sensor_frame"));
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

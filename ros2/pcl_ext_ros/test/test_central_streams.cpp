@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "central_node_test.h"
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using namespace std::chrono_literals;
 
@@ -123,5 +122,4 @@ TEST(MergingCentreNode, StreamsMayHaveSeveralCentralNodes)
     EXPECT_TRUE(waitUntil([&] { return one.count_publishers(topic) == 1; })) << topic;
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

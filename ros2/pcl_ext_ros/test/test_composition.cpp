@@ -15,8 +15,7 @@
 #include <array>
 #include <cstring>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
@@ -225,5 +224,4 @@ TEST(Composition, NodesAreUnloadedWhileOthersRun)
   }
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

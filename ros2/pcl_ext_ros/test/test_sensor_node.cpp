@@ -13,8 +13,7 @@
 #include <tf2_ros/static_transform_broadcaster.hpp>
 #include <tf2_ros/transform_broadcaster.hpp>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
@@ -375,5 +374,4 @@ TEST_F(CloudSenderNodeTest, ParametersAreDescribed)
       "qos_overrides./kinect_1/points/pcl_ext.publisher.reliability"));
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

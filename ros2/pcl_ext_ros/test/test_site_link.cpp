@@ -14,8 +14,7 @@
 
 #include <csignal>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
@@ -182,5 +181,4 @@ TEST(SiteLink, ATopicIsNotSentBackToWhereItComesFrom)
       std::invalid_argument);
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -19,8 +19,7 @@
 #include <optional>
 #include <set>
 
-namespace pcl_ext_ros {
-namespace test {
+namespace pcl_ext_ros::test {
 
 using diagnostic_msgs::msg::DiagnosticArray;
 using diagnostic_msgs::msg::DiagnosticStatus;
@@ -213,5 +212,4 @@ TEST_F(Zones, TellTheCentreAboveOfADeadSensor)
   EXPECT_TRUE(was_missing);
 }
 
-} // namespace test
-} // namespace pcl_ext_ros
+} // namespace pcl_ext_ros::test

@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap/channel_list.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -44,5 +43,4 @@ ChannelList::isWanted(std::uint16_t channel_id) const
   return found != wanted_.end() && found->second;
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -8,10 +8,8 @@
 #include <cstdint>
 #include <map>
 #include <utility>
-#include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief The channels of a file with their schemas, as their records are found. */
 class ChannelList {
@@ -82,5 +80,4 @@ private:
   bool has_too_many_ = false;
 };
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -232,5 +231,4 @@ compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& by
   return size < records.size();
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

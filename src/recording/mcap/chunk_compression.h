@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief Names of compressions in chunks. */
 constexpr char no_compression[] = "";
@@ -48,5 +47,4 @@ decompressBz2(const std::uint8_t* bytes,
 bool
 compress(const std::vector<std::uint8_t>& records, std::vector<std::uint8_t>& bytes);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -1,11 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/mcap/mcap_file.h"
 
-#include "recording/mcap/file_contents.h"
 #include "recording/mcap/record_access.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -20,31 +18,7 @@ findMessages(ChunkCache::Records& records)
 }
 
 /** \brief Takes a message from the content of its record. */
-std::string
-takeMessage(const std::uint8_t* content,
-            std::size_t size,
-            McapMessage& message,
-            std::uint16_t& channel_id)
-{
-  MessagePrefix prefix;
-  if (content == nullptr || !parse(content, size, prefix))
-    return not_indexed;
-  constexpr std::size_t fields_size = message_prefix_size - record_prefix_size;
-  channel_id = prefix.channel_id;
-  message.sequence = prefix.sequence;
-  message.log_time = messageTime(prefix.log_time);
-  message.publish_time = messageTime(prefix.publish_time);
-  message.bytes.assign(content + fields_size, content + size);
-  return {};
-}
-
 } // namespace
-
-RecordingStatus
-McapFile::findContents(const ChannelFilter& wants, FileContents& contents)
-{
-  return mcap::findContents(file(), wants, contents);
-}
 
 std::string
 McapFile::read(const MessagePlace& place,
@@ -55,7 +29,9 @@ McapFile::read(const MessagePlace& place,
   if (!section.is_chunk) {
     if (!readRecord(file(), place.offset, Opcode::Message, record_))
       return "a message cannot be read";
-    return takeMessage(record_.data(), record_.size(), message, channel_id);
+    return readMessage(record_.data(), record_.size(), message, channel_id)
+               ? std::string()
+               : not_indexed;
   }
   SpanReader reader(nullptr, 0);
   std::string failure = cache_.findMessage(
@@ -68,8 +44,10 @@ McapFile::read(const MessagePlace& place,
   if (!failure.empty())
     return failure;
   Record record;
-  takeRecord(reader, record);
-  return takeMessage(record.content, record.size, message, channel_id);
+  return takeRecord(reader, record) &&
+                 readMessage(record.content, record.size, message, channel_id)
+             ? std::string()
+             : not_indexed;
 }
 
 bool
@@ -86,5 +64,4 @@ McapFile::readAttachment(const RecordExtent& extent, McapAttachment& attachment)
          parse(record_.data(), record_.size(), attachment);
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

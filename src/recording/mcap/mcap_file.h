@@ -8,8 +8,12 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
+
+/** \brief True if a file has the magic bytes of MCAP at its beginning or, if these are
+ * damaged, at its end. */
+bool
+isMcapFile(const InputFile& file);
 
 /** \brief An MCAP file. */
 class McapFile : public BagFile {
@@ -19,6 +23,8 @@ public:
   : BagFile(std::move(file)), cache_(cache)
   {}
 
+  /** \brief Finds channels and messages by the summary or, without one or if it does not
+   * tell of all messages, by reading all of the file. */
   RecordingStatus
   findContents(const ChannelFilter& wants, FileContents& contents) override;
 
@@ -38,5 +44,4 @@ private:
   std::vector<std::uint8_t> record_;
 };
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -91,6 +90,24 @@ readRecord(const InputFile& file,
   return file.read(offset + record_prefix_size, content.size(), content.data());
 }
 
+bool
+readMessage(const std::uint8_t* content,
+            std::size_t size,
+            McapMessage& message,
+            std::uint16_t& channel_id)
+{
+  MessagePrefix prefix;
+  if (!parse(content, size, prefix))
+    return false;
+  constexpr std::size_t fields_size = message_prefix_size - record_prefix_size;
+  channel_id = prefix.channel_id;
+  message.sequence = prefix.sequence;
+  message.log_time = messageTime(prefix.log_time);
+  message.publish_time = messageTime(prefix.publish_time);
+  message.bytes.assign(content + fields_size, content + size);
+  return true;
+}
+
 std::string
 loadChunk(const InputFile& file,
           const Section& section,
@@ -151,5 +168,4 @@ loadChunk(const ReadAt& read,
   return failure + "; its messages are lost";
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief Reads bytes at a section; false unless all of them were read. */
 using ReadAt =
@@ -98,5 +97,14 @@ readRecord(const InputFile& file,
            Opcode opcode,
            std::vector<std::uint8_t>& content);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+/** \brief Reads the content of a message.
+ * \param[out] message its channel is not set; memory is reused
+ * \return false if it is too short
+ */
+bool
+readMessage(const std::uint8_t* content,
+            std::size_t size,
+            McapMessage& message,
+            std::uint16_t& channel_id);
+
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

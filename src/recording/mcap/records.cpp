@@ -11,8 +11,7 @@
 #include <tuple>
 #include <type_traits>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -77,7 +76,6 @@ fieldsOf(RecordT& record)
     return std::tie(record.offset, record.length);
 }
 
-/** \brief Writes fields. */
 class FieldWriter : public io::ByteWriter {
 public:
   using ByteWriter::ByteWriter;
@@ -157,7 +155,6 @@ private:
   std::size_t begin_ = 0;
 };
 
-/** \brief Reads fields. */
 class FieldReader : public SpanReader {
 public:
   using SpanReader::SpanReader;
@@ -388,5 +385,4 @@ checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum)
   return static_cast<std::uint32_t>(crc32_z(checksum, bytes, size));
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

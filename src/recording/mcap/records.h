@@ -16,8 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief The bytes that an MCAP file begins and ends with; the 0 is the version. */
 constexpr std::array<std::uint8_t, 8> magic = {
@@ -220,5 +219,4 @@ messageTime(std::uint64_t nanoseconds);
 std::uint32_t
 checksumOf(const std::uint8_t* bytes, std::size_t size, std::uint32_t checksum = 0);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

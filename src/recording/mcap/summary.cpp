@@ -5,8 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 namespace {
 
@@ -104,5 +103,4 @@ readSummary(const InputFile& file, ChannelList& channels, Summary& summary)
          areIndexedOnce(file, Opcode::Metadata, summary.metadata);
 }
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

@@ -8,8 +8,7 @@
 
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace mcap {
+namespace pcl_ext::PCL_EXT_ABI::recording::mcap {
 
 /** \brief What the summary of a file tells besides its channels. */
 struct Summary {
@@ -28,5 +27,4 @@ struct Summary {
 bool
 readSummary(const InputFile& file, ChannelList& channels, Summary& summary);
 
-} // namespace mcap
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::mcap

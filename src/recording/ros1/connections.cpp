@@ -4,8 +4,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 namespace {
 
@@ -67,5 +66,4 @@ Connections::add(const Fields& fields, const Fields& data)
   return true;
 }
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

@@ -10,8 +10,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 /** \brief The connections of a bag and their channels: each publisher of a topic has a
  * connection, and those that agree in everything are one channel. */
@@ -55,5 +54,4 @@ private:
   bool has_too_many_ = false;
 };
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

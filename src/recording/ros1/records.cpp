@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cstring>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 namespace {
 
@@ -160,5 +159,4 @@ loadChunk(const InputFile& file,
   return failure.empty() ? failure : failure + "; its messages are lost";
 }
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

@@ -1,12 +1,10 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "recording/ros1/ros1_file.h"
 
-#include "recording/ros1/contents.h"
 #include "recording/ros1/records.h"
 #include "recording/span_reader.h"
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
 namespace {
 
@@ -21,12 +19,6 @@ findMessages(ChunkCache::Records& records)
 }
 
 } // namespace
-
-RecordingStatus
-Ros1File::findContents(const ChannelFilter& wants, FileContents& contents)
-{
-  return ros1::findContents(file(), wants, connections_, contents);
-}
 
 /** \brief Takes all of a message but its bytes from the header of its record. */
 std::string
@@ -78,5 +70,4 @@ Ros1File::read(const MessagePlace& place,
   return takeMessage(record.fields, message, channel_id);
 }
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

@@ -7,12 +7,9 @@
 
 #include <string>
 #include <utility>
-#include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace ros1 {
+namespace pcl_ext::PCL_EXT_ABI::recording::ros1 {
 
-/** \brief A bag of ROS 1. */
 class Ros1File : public BagFile {
 public:
   /** \param[in] cache of the bag; must outlive this */
@@ -20,6 +17,9 @@ public:
   : BagFile(std::move(file)), cache_(cache)
   {}
 
+  /** \brief Reads the indexes of the chunks, and the connections at the end of the file;
+   * where those are missing, as of a bag that was cut off, chunks are read. NotARecording
+   * also of other versions than 2.0, and of encrypted bags. */
   RecordingStatus
   findContents(const ChannelFilter& wants, FileContents& contents) override;
 
@@ -38,5 +38,4 @@ private:
   Connections connections_;
 };
 
-} // namespace ros1
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::ros1

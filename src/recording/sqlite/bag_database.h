@@ -11,8 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 constexpr char magic[] = "SQLite format 3"; // and the 0 after it
 
@@ -57,5 +56,4 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

@@ -9,8 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 namespace {
 
@@ -215,5 +214,4 @@ DatabaseFile::DatabaseFile(const InputFile& file)
 
 DatabaseFile::~DatabaseFile() { sqlite3_vfs_unregister(&vfs_); }
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

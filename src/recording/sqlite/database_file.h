@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 /** \brief Lets SQLite read a file through InputFile, and nothing else: it can open no
  * other file but the log of writes (WAL) that a recorder left beside it, and can write
@@ -75,5 +74,4 @@ private:
   sqlite3_vfs vfs_{};
 };
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 /** \brief A query of a database. */
 class Statement {
@@ -92,5 +91,4 @@ private:
   sqlite3_stmt* statement_ = nullptr;
 };
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

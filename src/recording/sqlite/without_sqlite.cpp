@@ -5,8 +5,7 @@
  * \brief In place of bag_database.cpp where there is no libsqlite3.
  */
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace sqlite {
+namespace pcl_ext::PCL_EXT_ABI::recording::sqlite {
 
 class BagDatabase::Implementation {};
 
@@ -32,5 +31,4 @@ BagDatabase::read(const MessagePlace& /* place */,
   return "there is no libsqlite3";
 }
 
-} // namespace sqlite
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::sqlite

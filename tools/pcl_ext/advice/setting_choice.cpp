@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include "advice/setting_choice.h"
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -56,5 +55,4 @@ choose(const std::vector<EdgeTrial>& trials, const ChoiceLimits& limits)
   return best;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What a stream takes with an edge and an effort. */
 struct EffortTrial {
@@ -63,5 +62,4 @@ struct Choice {
 Choice
 choose(const std::vector<EdgeTrial>& trials, const ChoiceLimits& limits);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

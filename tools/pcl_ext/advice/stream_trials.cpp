@@ -14,8 +14,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -321,5 +320,4 @@ tryStream(const TrialOptions& options,
   return trials;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

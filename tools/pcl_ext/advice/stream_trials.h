@@ -15,10 +15,8 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
-/** \brief What is tried. */
 struct TrialOptions {
   EncodingOptions encoding;       ///< all other settings
   std::optional<double> max_rate; ///< bits a second, above which larger edges are tried
@@ -27,7 +25,6 @@ struct TrialOptions {
   double usual_period = 0.1;        ///< seconds from cloud to cloud where nothing tells
 };
 
-/** \brief What came of it. */
 struct StreamTrials {
   std::vector<EdgeTrial> edges; ///< ascending; none: see fault
   ChoiceLimits limits;
@@ -52,5 +49,4 @@ tryStream(const TrialOptions& options,
           std::size_t streams,
           const std::function<void()>& advance);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -6,8 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -139,5 +138,4 @@ SurfaceClosure::holesAt(std::size_t number) const
              : 1.0 - static_cast<double>(closed_[number]) / static_cast<double>(judged);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using Points = pcl::PointCloud<pcl::PointXYZI>;
 
@@ -65,5 +64,4 @@ private:
   std::vector<std::size_t> closed_; ///< for each edge
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

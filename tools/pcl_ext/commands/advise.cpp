@@ -20,11 +20,9 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
-#include <optional>
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -349,5 +347,4 @@ addAdvise(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -8,11 +8,9 @@
 #include "measuring/markdown_table.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::McapMessage;
 using Outcome = CloudInWork::Outcome;
@@ -482,5 +480,4 @@ BagEncoding::bytesASecond() const
   return rate;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

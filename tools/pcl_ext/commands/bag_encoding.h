@@ -19,8 +19,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What `pcl_ext encode` is asked for. */
 struct EncodeOptions {
@@ -154,5 +153,4 @@ private:
   BagSummary summary_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

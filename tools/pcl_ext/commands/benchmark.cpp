@@ -17,7 +17,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -25,10 +24,8 @@
 #include <memory>
 #include <optional>
 #include <stdexcept>
-#include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -104,7 +101,6 @@ public:
     return encoder_.law();
   }
 
-  /** \brief See describePointsOutsideGrid(). */
   std::string
   pointsOutsideGrid() const
   {
@@ -277,5 +273,4 @@ addBenchmark(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

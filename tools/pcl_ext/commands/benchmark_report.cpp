@@ -15,8 +15,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -222,5 +221,4 @@ toJson(const BenchmarkReport& report)
   return json;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

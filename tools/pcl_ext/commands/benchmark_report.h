@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What is done with each cloud, in this order. */
 constexpr std::array<const char*, 3> benchmark_steps = {"encode", "decode", "filter"};
@@ -63,5 +62,4 @@ printBenchmark(const BenchmarkReport& report, std::ostream& output);
 nlohmann::ordered_json
 toJson(const BenchmarkReport& report);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 
 #include <functional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using Run = std::function<int()>;
 
@@ -42,5 +41,4 @@ addBenchmark(CLI::App& app);
 Run
 addDemo(CLI::App& app);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

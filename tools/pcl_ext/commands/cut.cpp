@@ -11,8 +11,7 @@
 
 #include <memory>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -65,5 +64,4 @@ addCut(CLI::App& app)
   return [options] { return cut(*options); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -25,8 +25,7 @@
 #include <set>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -347,5 +346,4 @@ addDecode(CLI::App& app)
   return [options] { return Decode(*options).run(); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

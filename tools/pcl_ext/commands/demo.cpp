@@ -18,8 +18,7 @@
 #include <memory>
 #include <optional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -235,5 +234,4 @@ addDemo(CLI::App& app)
   return [options] { return Demo(*options).run(); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

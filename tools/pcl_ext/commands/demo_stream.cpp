@@ -7,8 +7,7 @@
 
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -99,5 +98,4 @@ DemoStream::report() const
   return {name_, encoder_.sums(), encode_ms_, decode_ms_, denoising_.report()};
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Figures of a stream; sums over its frames. */
 struct DemoReport {
@@ -114,5 +113,4 @@ private:
   pcl::PCLPointCloud2 denoised_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,10 +15,8 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -295,5 +293,4 @@ encodeBags(const EncodeOptions& options,
   return BagsEncoding(options, bags, manifest_options).run();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Encodes several bags, each into a recording of a folder, and goes on where a
  * run before ended: see Manifest.
@@ -24,5 +23,4 @@ encodeBags(const EncodeOptions& options,
            const std::vector<std::string>& bags,
            const std::string& manifest_options);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

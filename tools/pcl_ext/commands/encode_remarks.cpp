@@ -3,10 +3,7 @@
 
 #include "options/text_values.h"
 
-#include <algorithm>
-
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 bool
 remarkOnStream(Console& console,
@@ -62,5 +59,4 @@ addViewpoints(Console& console,
     viewpoints.addTo(metadata);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

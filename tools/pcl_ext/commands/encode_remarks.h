@@ -9,8 +9,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Prints what is to be known of a stream that was encoded.
  * \return false if nothing of it was encoded, points are outside the grid of voxels, or
@@ -33,5 +32,4 @@ addViewpoints(Console& console,
               bool has_metadata,
               StreamMetadata& metadata);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using measuring::formatted;
 
@@ -187,5 +186,4 @@ toJson(const std::vector<std::string>& inputs,
   return json;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,12 +7,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <cstddef>
-#include <cstdint>
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What became of the clouds of a stream. */
 struct StreamSummary {
@@ -60,5 +58,4 @@ toJson(const std::vector<std::string>& inputs,
        const BagSummary& summary,
        const std::vector<std::string>& errors);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <iostream>
 #include <memory>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -346,5 +345,4 @@ addInfo(CLI::App& app)
   return [options] { return info(*options); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -18,8 +18,7 @@
 #include <sstream>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -115,5 +114,4 @@ addKeep(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

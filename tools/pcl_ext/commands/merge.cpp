@@ -13,8 +13,7 @@
 #include <memory>
 #include <optional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -301,7 +300,6 @@ public:
   }
 
 private:
-  /** \brief What an input has next. */
   struct Next {
     RecordingInput::Item item;
     bool is_valid = false;
@@ -374,5 +372,4 @@ addMerge(CLI::App& app)
   return [options] { return Merge(*options).run(); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

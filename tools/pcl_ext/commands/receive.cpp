@@ -17,15 +17,13 @@
 #include "site/replay_progress.h"
 #include "site/site_report.h"
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -321,5 +319,4 @@ addReceive(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

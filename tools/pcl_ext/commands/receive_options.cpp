@@ -12,8 +12,7 @@
 #include <chrono>
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -208,5 +207,4 @@ completeOptions(const CLI::App& app, ReceiveOptions& options)
                      "'; it must be up to 64 letters, digits, - and _");
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What `pcl_ext receive` does with the streams of a site. */
 struct ReceiveOptions {
@@ -38,5 +37,4 @@ addReceiveOptions(CLI::App& app, ReceiveOptions& options);
 void
 completeOptions(const CLI::App& app, ReceiveOptions& options);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

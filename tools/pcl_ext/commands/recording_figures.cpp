@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -109,5 +108,4 @@ figuresOf(RecordingInput& input, Console& console)
   return figures;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

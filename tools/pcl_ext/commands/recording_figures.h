@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What the headers of a stream's frames tell. */
 struct StreamFigures {
@@ -120,5 +119,4 @@ struct StreamFigures {
 std::vector<StreamFigures>
 figuresOf(RecordingInput& input, Console& console);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

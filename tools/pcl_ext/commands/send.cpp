@@ -26,10 +26,8 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -301,5 +299,4 @@ addSend(CLI::App& app)
   };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

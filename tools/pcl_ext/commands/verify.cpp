@@ -15,8 +15,7 @@
 
 #include <memory>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -162,5 +161,4 @@ addVerify(CLI::App& app)
   return [options] { return verify(*options); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -24,8 +24,7 @@
 #include <memory>
 #include <thread>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -276,5 +275,4 @@ addView(CLI::App& app)
   return [options] { return View(*options).run(); };
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

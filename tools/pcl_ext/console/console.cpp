@@ -11,8 +11,7 @@
 #include <cstdio>
 #include <iostream>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -200,5 +199,4 @@ Console::endProgress()
     showJson();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Prints one line on standard error: an error or a remark.
  * \param[in] command whose it is, such as "pcl_ext encode"
@@ -142,5 +141,4 @@ private:
   Clock::duration until_next_{};
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

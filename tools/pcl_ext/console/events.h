@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Sentences of other threads, which the command prints when it has time. One that
  * comes again and again is printed once in ten seconds. Where others come between, as "is
@@ -69,5 +68,4 @@ private:
   std::size_t repeated_ = 0;                         // in it
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -3,8 +3,7 @@
 
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Exit statuses of the program. */
 enum ExitStatus : int {
@@ -21,5 +20,4 @@ public:
   using std::runtime_error::runtime_error;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

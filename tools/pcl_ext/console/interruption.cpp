@@ -5,8 +5,7 @@
 #include <csignal>
 #include <initializer_list>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -78,5 +77,4 @@ isInterrupted()
   return is_interrupted != 0;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -1,8 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief From now on SIGINT, SIGTERM, SIGHUP and SIGXCPU (on Windows Ctrl-C and
  * Ctrl-Break) set a flag instead of ending
@@ -15,5 +14,4 @@ catchInterruptions();
 bool
 isInterrupted();
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -6,8 +6,7 @@
 #include <cstddef>
 #include <cstdio>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -61,5 +60,4 @@ printable(const std::string& text)
   return shown;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief A text for a terminal. Names from files may have any bytes: control
  * characters, line ends among them, and bytes that are not UTF-8 become \\x1b and so
@@ -12,5 +11,4 @@ namespace tools {
 std::string
 printable(const std::string& text);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

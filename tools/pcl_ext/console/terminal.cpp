@@ -9,8 +9,7 @@
 #include <unistd.h>
 #endif
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 #ifdef _WIN32
 
@@ -77,5 +76,4 @@ isReaderGone()
 
 #endif
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

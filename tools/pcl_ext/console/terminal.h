@@ -3,8 +3,7 @@
 
 #include <cstddef>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \file
  * \brief What systems do differently with terminals and the standard streams.
@@ -24,5 +23,4 @@ terminalWidth();
 bool
 isReaderGone();
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief \throws std::runtime_error with the message of a status that is not Ok */
 template <typename CodeT>
@@ -19,5 +18,4 @@ throwUnlessOk(const Status<CodeT>& status)
     throw std::runtime_error(messageOf(status));
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

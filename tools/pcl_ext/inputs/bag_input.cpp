@@ -21,8 +21,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -346,7 +345,9 @@ private:
 /** \brief An MCAP file that comes through a pipe: its contents as they come. */
 class McapPipe : public BagInput {
 public:
-  McapPipe(Descriptor descriptor, const std::string& name, const InputOptions& options)
+  McapPipe(recording::Descriptor descriptor,
+           const std::string& name,
+           const InputOptions& options)
   : BagInput(options)
   , descriptor_(std::move(descriptor))
   , name_(name)
@@ -453,7 +454,7 @@ private:
     addChannels(stream_.channels());
   }
 
-  Descriptor descriptor_;
+  recording::Descriptor descriptor_;
   std::string name_;
   std::function<void()> before_waiting_;
   McapStream stream_;
@@ -470,12 +471,11 @@ openBag(const std::string& path, const InputOptions& options)
 }
 
 std::unique_ptr<CloudInput>
-openMcapPipe(Descriptor descriptor,
+openMcapPipe(recording::Descriptor descriptor,
              const std::string& name,
              const InputOptions& options)
 {
   return std::make_unique<McapPipe>(std::move(descriptor), name, options);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -208,5 +207,4 @@ foldersWithOthers(const std::vector<std::string>& inputs)
   return folders;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

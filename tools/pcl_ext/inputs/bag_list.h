@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief True for a bag: a file or a folder of rosbag2, an MCAP file, a bag of ROS 1;
  * also for a folder that has no metadata.yaml and files that are numbered as parts of a
@@ -49,5 +48,4 @@ foldersWithOthers(const std::vector<std::string>& inputs);
 std::vector<std::string>
 pathsOf(const std::string& pattern);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

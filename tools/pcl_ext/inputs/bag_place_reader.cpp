@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::McapChannel;
 using recording::RecordingStatus;
@@ -94,5 +93,4 @@ BagPlaceReader::read(std::size_t place, recording::McapMessage& message)
   return reader_.read(reader_.index()[place], message).ok();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

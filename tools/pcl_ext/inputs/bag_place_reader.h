@@ -7,8 +7,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief True if a channel has messages of clouds, of ROS 2 or of ROS 1. */
 bool
@@ -49,5 +48,4 @@ private:
   recording::PointCloudMessage message_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 class FrameOutput;
 
@@ -185,7 +184,6 @@ public:
   }
 };
 
-/** \brief What of the input is wanted. */
 struct InputOptions {
   std::vector<std::string> inputs; ///< as the user gave them; - is the standard input
   double rate = 10.0;           ///< clouds a second, where names of files have no times
@@ -227,7 +225,7 @@ openBag(const std::string& path, const InputOptions& options);
  * \param[in] name of the pipe, for messages
  */
 std::unique_ptr<CloudInput>
-openMcapPipe(Descriptor descriptor,
+openMcapPipe(recording::Descriptor descriptor,
              const std::string& name,
              const InputOptions& options);
 
@@ -239,5 +237,4 @@ void
 checkTopics(const std::vector<std::string>& chosen,
             const std::vector<std::string>& topics);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

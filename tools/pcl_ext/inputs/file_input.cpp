@@ -8,8 +8,7 @@
 #include <filesystem>
 #include <set>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -196,5 +195,4 @@ openFiles(const std::vector<clouds::SequenceInput>& paths, const InputOptions& o
       options);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 #include <chrono>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -88,5 +87,4 @@ holdClouds(CloudInput& input, std::size_t clouds)
   return streams;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief The first clouds of a stream, held in memory to be encoded more than once. */
 struct HeldClouds {
@@ -30,5 +29,4 @@ struct HeldClouds {
 std::vector<HeldClouds>
 holdClouds(CloudInput& input, std::size_t clouds);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -37,7 +36,7 @@ std::unique_ptr<CloudInput>
 openInput(const InputOptions& options)
 {
   if (options.inputs.size() == 1)
-    if (std::optional<Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
+    if (std::optional<recording::Descriptor> pipe = mcapPipeOf(options.inputs[0])) {
       refuseOptionsOfFiles(options.inputs[0], options);
       return openMcapPipe(std::move(*pipe), shownName(options.inputs[0]), options);
     }
@@ -89,5 +88,4 @@ checkTopics(const std::vector<std::string>& chosen,
   }
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

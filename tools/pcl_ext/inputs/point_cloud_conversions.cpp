@@ -8,10 +8,8 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -100,14 +98,12 @@ public:
            !io::hasField(frame.fields, "rgba");
   }
 
-  /** \brief Goes to a point of the frame. */
   void
   moveTo(const io::VoxelFrame& frame, std::size_t point)
   {
     written_ = frame.cloudIndex(point) * cloud_.point_step;
   }
 
-  /** \brief Writes all fields of a point. */
   void
   writeFields(const io::VoxelFrame& frame, std::size_t point)
   {
@@ -240,5 +236,4 @@ topicOf(const std::string& stream)
   return stream;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,8 +15,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Bytes of a number of a datatype of PointField; 0: there is no such type. */
 inline std::uint32_t
@@ -55,5 +54,4 @@ constexpr const char* compressed_suffix = "/pcl_ext";
 std::string
 topicOf(const std::string& stream);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,8 +14,7 @@
 #include <stdexcept>
 #include <tuple>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -384,5 +383,4 @@ RecordingInput::damage() const
   return lines;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -18,8 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Which frames of a recording are wanted; all conditions together. */
 struct Selection {
@@ -71,7 +70,6 @@ public:
     return path_;
   }
 
-  /** \brief The path for messages. */
   std::string
   shownPath() const;
 
@@ -167,7 +165,6 @@ public:
   recording::RecordingStatus
   read(const Item& item, recording::RecordedFrame& frame);
 
-  /** \brief Reads a message of the bag. */
   recording::RecordingStatus
   read(const Item& item, recording::McapMessage& message);
 
@@ -219,5 +216,4 @@ private:
 std::string
 describe(const recording::RecordingDamage& damage);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

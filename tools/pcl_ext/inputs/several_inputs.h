@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Does the same with each of some inputs. One that fails is told of and does not
  * keep the others from their turn.
@@ -45,5 +44,4 @@ forEachInput(const std::vector<std::string>& inputs,
   return result;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -2,7 +2,6 @@
 #include "inputs/standard_input.h"
 
 #include "console/interruption.h"
-#include "recording/system_files.h"
 #include "recording/temporary_copy.h"
 
 #include <cctype>
@@ -13,8 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -31,12 +29,13 @@ std::vector<recording::TemporaryFile> temporary_files;
 
 /** \brief Opens an input that is no regular file. A pipe without a writer is waited for
  * later, where an interruption ends it. */
-Descriptor
+recording::Descriptor
 openInput(const std::string& path)
 {
-  Descriptor descriptor(path == standard_input ? recording::duplicateStandard(0)
-                                               : recording::openToRead(path));
-  if (descriptor.get() < 0)
+  recording::Descriptor descriptor(path == standard_input
+                                       ? recording::duplicateStandard(0)
+                                       : recording::openToRead(path));
+  if (!descriptor.isOpen())
     throw std::runtime_error("cannot open '" + shownName(path) +
                              "': " + std::strerror(errno));
   return descriptor;
@@ -67,7 +66,7 @@ typeOf(const std::string& path)
 
 std::string
 keepCopy(const std::string& path,
-         const Descriptor& input,
+         const recording::Descriptor& input,
          const std::vector<std::uint8_t>& beginning)
 {
   recording::TemporaryFile copy;
@@ -80,12 +79,6 @@ keepCopy(const std::string& path,
 }
 
 } // namespace
-
-Descriptor::~Descriptor()
-{
-  if (number_ >= 0)
-    recording::closeFile(number_);
-}
 
 std::string
 shownName(const std::string& path)
@@ -119,7 +112,7 @@ readPipe(int descriptor, std::uint8_t* bytes, std::size_t count)
   return 0;
 }
 
-std::optional<Descriptor>
+std::optional<recording::Descriptor>
 mcapPipeOf(const std::string& path)
 {
   const fs::file_type type = typeOf(path);
@@ -127,7 +120,7 @@ mcapPipeOf(const std::string& path)
   if (!is_pipe || copies.count(path) != 0)
     return std::nullopt;
   constexpr char magic[] = "\x89MCAP0\r\n";
-  Descriptor input = openInput(path);
+  recording::Descriptor input = openInput(path);
   std::vector<std::uint8_t> beginning(sizeof(magic) - 1);
   std::size_t size = 0;
   while (size < beginning.size()) {
@@ -182,5 +175,4 @@ shown(std::string text)
   return text;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

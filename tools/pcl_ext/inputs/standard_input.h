@@ -1,34 +1,14 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "recording/system_files.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <utility>
 
-namespace pcl_ext {
-namespace tools {
-
-/** \brief An open file, which is closed with this. */
-class Descriptor {
-public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor();
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor&
-  operator=(const Descriptor&) = delete;
-
-  int
-  get() const
-  {
-    return number_;
-  }
-
-private:
-  int number_; // -1: none
-};
+namespace pcl_ext::tools {
 
 /** \brief A path at which an input can be read at any place and more than once: its
  * own; for the standard input, which is "-", and for a pipe that of a copy without a
@@ -43,7 +23,7 @@ pathOfInput(const std::string& path);
  * other inputs
  * \throws std::runtime_error if it cannot be read
  */
-std::optional<Descriptor>
+std::optional<recording::Descriptor>
 mcapPipeOf(const std::string& path);
 
 /** \brief True if a pipe has no bytes at the moment, nor soon, and has not ended. */
@@ -72,5 +52,4 @@ streamNameOfInput(const std::string& path);
 std::string
 shown(std::string text);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

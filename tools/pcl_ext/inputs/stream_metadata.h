@@ -9,8 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What a channel of a recording tells of its stream besides the frames. */
 using StreamMetadata = std::map<std::string, std::string>;
@@ -68,5 +67,4 @@ addOtherMetadata(const StreamMetadata& from, StreamMetadata& to)
       to.emplace(key, value);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

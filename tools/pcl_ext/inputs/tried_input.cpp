@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -135,5 +134,4 @@ givenOptions(const CLI::App& app)
   return given;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

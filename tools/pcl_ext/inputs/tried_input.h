@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Clouds on which settings are tried, and nothing is written: the input of
  * encode or the simulated robot cell. */
@@ -66,5 +65,4 @@ givenOptions(const CLI::App& app);
 std::string
 quoted(const std::string& word);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -11,8 +11,7 @@
 #include <sstream>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -110,5 +109,4 @@ Viewpoints::addTo(StreamMetadata& metadata) const
     text += (text.empty() ? "" : ";") + std::to_string(time.count()) + ':' + viewpoint;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

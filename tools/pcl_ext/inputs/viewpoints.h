@@ -14,8 +14,7 @@
 #include <map>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using clouds::Viewpoint;
 
@@ -63,5 +62,4 @@ private:
   std::map<recording::Time, std::string> changes_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

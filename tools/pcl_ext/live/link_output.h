@@ -9,15 +9,13 @@
 #include "options/text_values.h"
 
 #include <cstdint>
-#include <functional>
 #include <mutex>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Which frames the server has not, or may not have, for a line; empty if it has
  * all.
@@ -114,5 +112,4 @@ private:
   link::FramePublisher publisher_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -8,12 +8,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -213,5 +211,4 @@ LiveCell::run(LiveOutput& output, const std::function<void()>& meanwhile)
     std::rethrow_exception(failure_);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

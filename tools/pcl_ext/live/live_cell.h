@@ -23,8 +23,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief The sensors of the simulated robot cell, live: they are captured and encoded
  * at their rate, as long as somebody looks. */
@@ -54,7 +53,6 @@ public:
     return figures_.metrics(prefix);
   }
 
-  /** \brief Adds the streams. */
   void
   addStreams(LiveOutput& output);
 
@@ -129,5 +127,4 @@ private:
   std::exception_ptr failure_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Where frames go as they are made. Members but addStream() may be called by
  * several threads. */
@@ -47,5 +46,4 @@ public:
   {}
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,8 +14,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -172,5 +171,4 @@ PipedFrames::report()
   return is_whole_ && !is_cut_off;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Passes on the frames of the standard input as they arrive: those of one
  * stream, one after the other. */
@@ -81,5 +80,4 @@ private:
   std::optional<std::uint64_t> stamp_; // of the last frame, microseconds
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

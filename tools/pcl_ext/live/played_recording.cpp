@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 bool
 playRecording(recording::RecordingReader& reader,
@@ -60,5 +59,4 @@ playRecording(recording::RecordingReader& reader,
   return is_whole && reader.damage().empty();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

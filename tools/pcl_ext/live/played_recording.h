@@ -8,8 +8,7 @@
 
 #include <functional>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Passes on the frames of a recording at the pace of their times, but those that
  * cannot be decoded after those before them.
@@ -25,5 +24,4 @@ playRecording(recording::RecordingReader& reader,
               Console& console,
               const std::function<void()>& meanwhile);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 #include <optional>
 #include <thread>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Waits so that what has a time comes at the pace of its times, of which the
  * first one is now. */
@@ -43,5 +42,4 @@ private:
   std::optional<Clock::time_point> start_; // time 0
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Health of the streams that a command encodes, by their numbers in its output.
  * All members are thread-safe. */
@@ -70,5 +69,4 @@ private:
   std::map<std::size_t, std::pair<std::string, nodes::SenderHealth>> streams_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

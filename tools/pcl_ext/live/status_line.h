@@ -11,8 +11,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What a command that runs until it is interrupted has done so far. */
 struct LiveFigures {
@@ -82,5 +81,4 @@ private:
   std::deque<Past> past_; // within the window, and the last one before it
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -8,8 +8,7 @@
 
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Shows frames in browsers. */
 class ViewOutput : public LiveOutput {
@@ -49,5 +48,4 @@ private:
   view::ViewServer& server_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 void
 addBinFields(CLI::App& app, std::vector<clouds::FileField>& fields)
@@ -27,5 +26,4 @@ addBinFields(CLI::App& app, std::vector<clouds::FileField>& fields)
             });
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

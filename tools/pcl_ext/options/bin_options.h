@@ -7,12 +7,10 @@
 
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds --bin-fields, the fields of files without a header. */
 void
 addBinFields(CLI::App& app, std::vector<clouds::FileField>& fields);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

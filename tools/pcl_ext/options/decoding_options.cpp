@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 void
 addLimits(CLI::App& app, io::DecoderLimits& limits)
@@ -65,5 +64,4 @@ addDecodingOptions(CLI::App& app, DecodingOptions& options)
   addLimits(app, options.limits);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

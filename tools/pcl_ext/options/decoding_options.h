@@ -10,10 +10,8 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
-/** \brief Options of decoding. */
 struct DecodingOptions {
   io::DecoderLimits limits; ///< of all decoders, with the memory that they share
   std::optional<float> min_intensity; ///< voxels below are left out
@@ -42,5 +40,4 @@ remarkWithoutIntensities(const std::string& stream)
 void
 addLimits(CLI::App& app, io::DecoderLimits& limits);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

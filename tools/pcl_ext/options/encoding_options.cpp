@@ -13,8 +13,7 @@
 #include <sstream>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -389,5 +388,4 @@ EncodingOptions::metadataOf(const std::string& stream,
   return metadata;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds --remove-outliers, and --unit, which needs it. */
 void
@@ -35,7 +34,6 @@ constexpr IntensityLaw cell_law = IntensityLaw::Count;
  * that of the library. */
 constexpr io::Effort effort_of_files = io::Effort::Balanced;
 
-/** \brief All options of encoding. */
 class EncodingOptions {
 public:
   /** \brief Other defaults than those of the library, before options are added.
@@ -213,5 +211,4 @@ private:
   DensityUnit unit_ = DensityUnit::Automatic;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

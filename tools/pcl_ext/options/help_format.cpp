@@ -3,8 +3,7 @@
 
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 HelpFormat::HelpFormat()
 {
@@ -57,5 +56,4 @@ HelpFormat::make_option(const CLI::Option* option, bool /* is_positional */) con
   return text + "\n";
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Help in lines that fit a terminal: descriptions are wrapped. */
 class HelpFormat : public CLI::Formatter {
@@ -30,5 +29,4 @@ synopsisOf(const CLI::Option& option);
 std::vector<std::string>
 wrapped(const std::string& text, std::size_t width);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

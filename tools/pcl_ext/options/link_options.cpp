@@ -7,8 +7,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -73,5 +72,4 @@ completeLinkSettings(link::LinkSettings& settings)
     throw UsageError(messageOf(status));
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

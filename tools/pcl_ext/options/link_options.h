@@ -5,8 +5,7 @@
 
 #include <CLI/App.hpp>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds which NATS server, as whom and for which site. Each has a variable of the
  * environment, too; password and token have that alone, as others see command lines. */
@@ -19,5 +18,4 @@ addLinkOptions(CLI::App& app, link::LinkSettings& settings);
 void
 completeLinkSettings(link::LinkSettings& settings);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

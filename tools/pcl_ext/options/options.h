@@ -22,8 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief True if the user gave an option. */
 inline bool
@@ -241,7 +240,6 @@ addOutput(CLI::App& app, Output& output, const std::string& description)
   addOverwrite(app, output.may_replace);
 }
 
-/** \brief Adds --quiet. */
 inline void
 addQuiet(CLI::App& app, bool& is_quiet)
 {
@@ -250,5 +248,4 @@ addQuiet(CLI::App& app, bool& is_quiet)
                "no progress and no remarks; errors and the last line stay");
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

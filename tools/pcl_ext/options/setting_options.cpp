@@ -11,8 +11,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -200,5 +199,4 @@ parameterNameOf(const std::string& option)
   return name;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -9,8 +9,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds the options of a group of settings, with their present values as defaults.
  * \param[in,out] settings changed by the options
@@ -38,5 +37,4 @@ messageOf(const Status<CodeT>& status)
   return status.text().with(optionOf);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,8 +14,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -311,5 +310,4 @@ parseFrames(const std::string& text)
   return range;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Reads numbers with commas or spaces between them.
  * \param[in] option for messages
@@ -114,5 +113,4 @@ inOrder(const io::FrameDescription& frame);
 FrameRange
 parseFrames(const std::string& text);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -23,8 +23,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -415,5 +414,4 @@ CloudFolder::moveClouds(const fs::path& from) const
   }
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief How the files of clouds are written. */
 enum class CloudFormat { PcdBinary, PcdCompressed, PcdAscii, Ply };
@@ -102,5 +101,4 @@ private:
   bool has_written_ = false;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -7,8 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -66,5 +65,4 @@ isOurs(const std::filesystem::path& file)
   return head.substr(placeOfMark(head), mark.size()) == mark;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

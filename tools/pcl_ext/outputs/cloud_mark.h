@@ -5,8 +5,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Adds a comment to a PCD or PLY file by which isOurs() knows it. */
 void
@@ -17,5 +16,4 @@ markAsOurs(std::vector<std::uint8_t>& file);
 bool
 isOurs(const std::filesystem::path& file);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

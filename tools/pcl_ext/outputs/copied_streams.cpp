@@ -8,8 +8,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::McapChannel;
 using recording::RecordedStream;
@@ -253,5 +252,4 @@ CopiedStreams::finish()
   return lost_ > 0 || is_damaged ? something_failed : all_done;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

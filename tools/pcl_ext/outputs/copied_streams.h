@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief The name of a stream as a topic: with a slash, which names of files lack. */
 std::string
@@ -55,7 +54,6 @@ public:
   finish();
 
 private:
-  /** \brief A stream of the output. */
   struct Stream {
     std::string name;
     std::size_t number = 0; ///< in the output
@@ -111,5 +109,4 @@ private:
   std::size_t lost_ = 0;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -12,8 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -201,5 +200,4 @@ FrameOutput::finish()
   return describeInterruption(path_, keeps_earlier);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -12,8 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief An encoded frame to write. */
 struct OutputFrame {
@@ -119,5 +118,4 @@ keepsEarlierOutput(const std::string& path);
 std::string
 describeInterruption(const std::string& path, bool keeps_earlier);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,11 +10,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -95,22 +93,14 @@ Manifest::Manifest(const std::string& folder,
   if (error)
     throw std::runtime_error("cannot make the folder '" + folder +
                              "': " + error.message());
-  file_ = recording::openToWrite(path_);
-  if (file_ < 0 && errno == EBUSY)
+  file_ = recording::Descriptor(recording::openToWrite(path_));
+  if (!file_.isOpen() && errno == EBUSY)
     throw UsageError("another run encodes bags into '" + folder +
                      "': wait for its end, or name another folder");
-  if (file_ < 0)
+  if (!file_.isOpen())
     throwError("cannot open", path_);
-  try {
-    read();
-  }
-  catch (...) {
-    recording::closeFile(file_);
-    throw;
-  }
+  read();
 }
-
-Manifest::~Manifest() { recording::closeFile(file_); }
 
 void
 Manifest::read()
@@ -126,7 +116,7 @@ Manifest::read()
                                text.substr(0, 40) + "': name another folder");
     lines_[textIn(line, "output")] = line;
   }
-  if (!recording::truncateFile(file_, end))
+  if (!recording::truncateFile(file_.get(), end))
     throwError("cannot write", path_);
 }
 
@@ -194,9 +184,8 @@ Manifest::append(const nlohmann::ordered_json& line)
   const std::string text =
       line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (!recording::writeAll(
-          file_, reinterpret_cast<const std::uint8_t*>(text.data()), text.size()))
+          file_.get(), reinterpret_cast<const std::uint8_t*>(text.data()), text.size()))
     throwError("cannot write", path_);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

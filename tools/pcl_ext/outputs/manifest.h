@@ -2,16 +2,15 @@
 #pragma once
 
 #include "outputs/output_path.h"
+#include "recording/system_files.h"
 
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
 #include <map>
 #include <string>
-#include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What tells whether an input has changed. */
 struct InputState {
@@ -52,10 +51,6 @@ public:
    * \throws std::runtime_error if it cannot be read or written
    */
   Manifest(const std::string& folder, const std::string& options, bool forgets_others);
-  ~Manifest();
-  Manifest(const Manifest&) = delete;
-  Manifest&
-  operator=(const Manifest&) = delete;
 
   /** \brief True if a recording of a bag is complete and the bag unchanged.
    * \throws UsageError if it is one of another bag, or what is at its place was encoded
@@ -68,7 +63,6 @@ public:
   bool
   isOwn(const BagToEncode& bag) const;
 
-  /** \brief What the last line of a bag has. */
   nlohmann::ordered_json
   lineOf(const BagToEncode& bag) const;
 
@@ -92,9 +86,8 @@ private:
   std::string path_;
   std::string options_;
   bool forgets_others_;
-  int file_ = -1;
+  recording::Descriptor file_;
   std::map<std::string, nlohmann::ordered_json> lines_; // by the name of the output
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

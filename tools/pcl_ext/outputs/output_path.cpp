@@ -7,8 +7,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace fs = std::filesystem;
 
@@ -72,5 +71,4 @@ refuseTakenFile(const std::vector<std::string>& inputs,
     throwAsUsage(recording::refuseTakenFile(output, "--overwrite"));
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 using recording::OutputKind;
 
@@ -59,5 +58,4 @@ refuseTakenFile(const std::vector<std::string>& inputs,
                 const std::string& output,
                 bool may_replace);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

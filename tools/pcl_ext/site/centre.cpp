@@ -15,8 +15,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -41,13 +40,15 @@ describe(const link::LinkFrame& frame)
 Centre::Grid::Grid(Centre& centre_of_site, double merged_resolution)
 : resolution(merged_resolution)
 , encoder(centre_of_site.options_.stream)
-, map(centre_of_site.options_.map, merged_resolution, centre_of_site.console_)
 , centre(centre_of_site.settingsOf(merged_resolution),
          requestingListener(centre_of_site.request_i_frame_),
          [&centre_of_site](const nodes::MergedFrame& merged) {
            centre_of_site.publish(merged);
          })
 {
+  const CentreMapOptions& map_options = centre_of_site.options_.map;
+  if (!map_options.path.empty())
+    map.emplace(map_options, merged_resolution, centre_of_site.console_);
   if (!centre.settingsStatus().ok())
     throw UsageError(messageOf(centre.settingsStatus()));
   centre.setMerging(true);
@@ -118,7 +119,7 @@ Centre::mapCounts() const
   if (options_.map.path.empty())
     return std::nullopt;
   const std::lock_guard<std::mutex> lock(grid_mutex_);
-  return grid_ ? grid_->map.counts() : nodes::MapCounts();
+  return grid_ ? grid_->map->counts() : nodes::MapCounts();
 }
 
 void
@@ -155,7 +156,8 @@ Centre::applyMetadata(const link::LinkFrame& frame)
         !set.ok())
       console_.error(frame.stream + ": its outliers stay: " + set.message());
   }
-  grid_->map.setMetadata(frame.stream, frame.metadata, frame.time);
+  if (grid_->map)
+    grid_->map->setMetadata(frame.stream, frame.metadata, frame.time);
 }
 
 void
@@ -196,7 +198,7 @@ Centre::take(const link::LinkFrame& frame)
 bool
 Centre::hasLeftOut() const
 {
-  const bool has_no_map = grid_ && grid_->map.isLeftOut();
+  const bool has_no_map = grid_ && grid_->map && grid_->map->isLeftOut();
   return has_no_map || std::any_of(streams_.begin(),
                                    streams_.end(),
                                    [](const auto& stream) { return !stream.second; });
@@ -255,7 +257,8 @@ Centre::publish(const nodes::MergedFrame& merged)
 {
   throwUnlessOk(merged.status);
   tellOfClocks(merged);
-  grid_->map.update(grid_->centre.node(), merged.time);
+  if (grid_->map)
+    grid_->map->update(grid_->centre.node(), merged.time);
   if (outputs_.empty())
     return;
   countMissing(merged);
@@ -285,8 +288,8 @@ Centre::finish()
     node.waitUntilDecoded();
   else if (!node.waitUntilDecoded(patience))
     node.refuseWaiting();
-  grid_->map.finish(node);
+  if (grid_->map)
+    grid_->map->finish(node);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

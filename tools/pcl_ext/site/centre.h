@@ -21,10 +21,8 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
-/** \brief Settings of a Centre. */
 struct CentreOptions {
   std::string name; ///< of the merged stream; empty: it is not published
   std::optional<double> resolution; ///< metres; none: that of the first frame
@@ -126,7 +124,7 @@ private:
 
     const double resolution;
     nodes::MergedFrameEncoder encoder;
-    CentreMap map;
+    std::optional<CentreMap> map;
     nodes::MergingCentre centre;
   };
 
@@ -178,5 +176,4 @@ private:
   nodes::Time kept_{0};                     // of the latest frame of a replay
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

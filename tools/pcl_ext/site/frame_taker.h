@@ -9,8 +9,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What is done with the frames of a site. Failures throw std::runtime_error. */
 class FrameTaker {
@@ -62,5 +61,4 @@ private:
   std::map<std::string, StreamMetadata> metadata_; // by stream
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

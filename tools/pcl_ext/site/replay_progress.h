@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Shows how far a replay is. */
 class ReplayProgress {
@@ -40,5 +39,4 @@ private:
   std::uint64_t pending_; // when it was shown last
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

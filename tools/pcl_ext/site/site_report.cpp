@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <set>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -216,5 +215,4 @@ report(const SiteFigures& figures, Console& console)
   return is_whole;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

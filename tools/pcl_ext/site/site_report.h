@@ -12,15 +12,13 @@
 #include "live/status_line.h"
 #include "site/centre.h"
 
-#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What a receiver of a site has done. */
 struct SiteFigures {
@@ -49,7 +47,6 @@ liveFiguresOf(const SiteFigures& figures);
 std::string
 slownessOf(const nodes::MergeCounts& merged, bool has_slow_effort);
 
-/** \brief As slownessOf() for the updates of a map. */
 std::string
 slownessOf(const nodes::MapCounts& mapped);
 
@@ -59,5 +56,4 @@ slownessOf(const nodes::MapCounts& mapped);
 bool
 report(const SiteFigures& figures, Console& console);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -182,5 +181,4 @@ serveMetrics(const MetricsOptions& options,
   return server;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -12,8 +12,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief How the streams of a site are shown. */
 struct SiteViewOptions {
@@ -62,5 +61,4 @@ serveMetrics(const MetricsOptions& options,
              std::function<std::string()> metrics,
              Console& console);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

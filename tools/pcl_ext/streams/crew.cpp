@@ -4,8 +4,7 @@
 #include <system_error>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -95,5 +94,4 @@ CrewThreads::~CrewThreads()
     thread.join();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

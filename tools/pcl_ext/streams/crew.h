@@ -8,8 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Tasks that several threads do, in the order in which they were added. Threads
  * that wait for something do tasks meanwhile, so that no more of them work than there
@@ -71,5 +70,4 @@ private:
   std::vector<std::thread> threads_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

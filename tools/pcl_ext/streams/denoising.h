@@ -11,8 +11,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief What denoising does to a stream; sums over the frames whose truth is known. */
 struct DenoisingReport {
@@ -78,5 +77,4 @@ private:
   std::vector<int> kept_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

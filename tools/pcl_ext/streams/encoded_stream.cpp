@@ -12,8 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -31,7 +30,6 @@ optionsOfPart(const EncodingOptions& options,
   return of_part;
 }
 
-/** \brief Encodes a cloud, and notes what became of it. */
 void
 encode(StreamEncoder& encoder, CloudInWork& work)
 {
@@ -324,5 +322,4 @@ EncodedStream::finish()
   return report_;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,13 +10,11 @@
 #include <cstddef>
 #include <exception>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief A cloud on its way to a frame. */
 struct CloudInWork {
@@ -37,7 +35,6 @@ struct CloudInWork {
   EncodedSums sums;
 };
 
-/** \brief What is to be known of a stream that is encoded. */
 struct EncodedStreamReport {
   EncodedSums sums; ///< also of frames that were not written
   Remarks remarks;
@@ -142,5 +139,4 @@ private:
   EncodedStreamReport report_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

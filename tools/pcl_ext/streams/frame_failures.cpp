@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cctype>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -57,5 +56,4 @@ FrameFailures::finish()
   kind_of_.clear();
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

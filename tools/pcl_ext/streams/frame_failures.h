@@ -8,8 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Reason of a frame that does not continue those before it. */
 constexpr char undecodable_frame[] =
@@ -55,5 +54,4 @@ private:
   std::map<std::pair<std::string, std::string>, std::size_t> kind_of_; // in kinds_
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

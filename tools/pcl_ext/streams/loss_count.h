@@ -8,8 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Finds frames of a stream that are missing, by the numbers that the encoder
  * gave. */
@@ -46,5 +45,4 @@ private:
   std::size_t unreadable_ = 0; // frames since then
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief In what orders and sizes the scans of a stream are, as its I-frames tell. */
 class PointOrders {
@@ -74,5 +73,4 @@ private:
   bool are_all_ = true; // in texts_
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -13,8 +13,7 @@
 #include <variant>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 std::string
 reasonOf(const io::CompressionStatus& status)
@@ -206,5 +205,4 @@ StreamDecoder::remark() const
                       "where it was encoded with --law count";
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

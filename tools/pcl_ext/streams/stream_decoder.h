@@ -16,8 +16,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Why a frame was not decoded, without the number that the encoder gave it,
  * which is not that of the frame in its recording. */
@@ -141,5 +140,4 @@ private:
   std::string remark_;
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Sums over the frames of a stream. */
 struct EncodedSums {
@@ -190,7 +189,6 @@ public:
     return node_ ? node_->statistics() : nodes::SensorNodeStatistics();
   }
 
-  /** \brief What sums() has of the last cloud. */
   const EncodedSums&
   lastCloud() const
   {
@@ -290,5 +288,4 @@ private:
   std::string extent_; ///< of the first cloud, in the world
 };
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -10,8 +10,7 @@
 
 extern char** environ; // no header of POSIX has it
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -58,5 +57,4 @@ openBrowser(const std::string& url)
   return error == 0;
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

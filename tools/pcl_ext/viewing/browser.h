@@ -3,8 +3,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Opens a page in the user's browser, if there is a desktop; does not wait for
  * it.
@@ -13,5 +12,4 @@ namespace tools {
 bool
 openBrowser(const std::string& url);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

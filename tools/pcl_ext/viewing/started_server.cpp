@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -45,5 +44,4 @@ startServer(view::ViewServer& server,
     openBrowser(server.url());
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

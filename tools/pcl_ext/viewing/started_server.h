@@ -5,8 +5,7 @@
 
 #include "console/console.h"
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Starts a server, tells where it is, warns if others can reach it.
  * \param[in] settings that the server was made with
@@ -19,5 +18,4 @@ startServer(view::ViewServer& server,
             bool opens_browser,
             Console& console);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

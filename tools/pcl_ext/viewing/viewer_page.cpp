@@ -19,8 +19,7 @@
 #include <string_view>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 namespace {
 
@@ -240,5 +239,4 @@ writePageWithRecording(const std::string& page,
   return fs::file_size(output);
 }
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

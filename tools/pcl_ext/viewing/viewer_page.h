@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 
 /** \brief Largest recording that is put into a page, bytes. It is a text there, and
  * browsers have none of more than 2^29 characters; four of these are three bytes. */
@@ -37,5 +36,4 @@ writePageWithRecording(const std::string& page,
                        const std::string& recording,
                        const std::string& output);
 
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -20,8 +20,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief True if the intensity of every point is 1, which need not be computed. */
 template <typename IntensityModelT>
@@ -172,5 +171,4 @@ private:
   std::vector<LeafPoint> points_;
 };
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

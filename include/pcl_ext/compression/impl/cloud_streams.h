@@ -24,8 +24,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief One stream of clouds in each direction, written to and read from
  * iostreams. */
@@ -143,5 +142,4 @@ private:
   std::unique_ptr<Members> members_;
 };
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

@@ -6,8 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief Mean of some colours. */
 class ColourMean {
@@ -47,5 +46,4 @@ private:
   std::uint64_t b_ = 0;
 };
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

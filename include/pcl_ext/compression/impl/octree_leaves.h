@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief A leaf of an octree as a point. */
 struct LeafPoint {
@@ -82,5 +81,4 @@ viewOf(const std::vector<LeafPoint>& points, bool has_colours, bool has_intensit
   return view;
 }
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

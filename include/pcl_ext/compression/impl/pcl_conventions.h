@@ -18,8 +18,7 @@
 
 #include <array>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief The arguments of PCL's constructor that a profile replaces, with PCL's names,
  * as in pcl::io::configurationProfile_t. */
@@ -79,5 +78,4 @@ struct OctreeBox {
 PCL_EXT_EXPORT OctreeBox
 octreeBox(const VoxelGrid& grid);
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

@@ -17,8 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::io::detail {
 
 /** \brief The registered fields of a point type but x, y and z, with their offsets. */
 class PCL_EXT_EXPORT PointFields {
@@ -75,5 +74,4 @@ pointFieldsOf()
   return fields;
 }
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::detail

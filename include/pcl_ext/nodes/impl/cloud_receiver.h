@@ -9,11 +9,9 @@
 #include <pcl_ext/nodes/stream_health.h>
 #include <pcl_ext/status.h>
 
-#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI::nodes {

@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::nodes::detail {
 
 /** \brief Nodes of an OctoMap that rays go through, each of which counts as one miss.
  *
@@ -223,5 +222,4 @@ private:
   octomap::KeyRay ray_;                                     // keeps its memory
 };
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::detail

@@ -18,8 +18,7 @@
 #include <string>
 #include <system_error>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::nodes::detail {
 
 /** \brief The OctoMap of the voxels of all streams of a CentralNode, and its file. For
  * one thread at a time. Needs OctoMap, as insertVoxels does. */
@@ -180,5 +179,4 @@ MergedMap::faultOf(const std::string& option, const std::string& path)
          "'; it must be a file in a folder that can be written to";
 }
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::detail

@@ -11,11 +11,9 @@
 #include <pcl/octree/impl/octree_base.hpp>
 #include <pcl/octree/impl/octree_pointcloud.hpp>
 
-namespace pcl_ext::PCL_EXT_ABI::octree {
-namespace detail {
+namespace pcl_ext::PCL_EXT_ABI::octree::detail {
 
 template <typename PointT>
 struct OctreeFunctions {};
 
-} // namespace detail
-} // namespace pcl_ext::PCL_EXT_ABI::octree
+} // namespace pcl_ext::PCL_EXT_ABI::octree::detail
