@@ -119,25 +119,73 @@ private:
   struct Comparison {
     std::size_t surfaces = 0;
     std::size_t others = 0;
+
+    /** \brief Whether others are more than one of so many. */
+    bool
+    hasOthers(std::size_t part) const
+    {
+      return part * others > surfaces;
+    }
+
+    Comparison&
+    operator+=(const Comparison& other)
+    {
+      surfaces += other.surfaces;
+      others += other.others;
+      return *this;
+    }
   };
 
-  Comparison
+  /** \brief Of as many parts of a frame, each of voxels that are near each other. */
+  using Comparisons = std::array<Comparison, 32>;
+
+  static Comparison
+  sumOf(const Comparisons& parts)
+  {
+    Comparison sum;
+    for (const Comparison& part : parts)
+      sum += part;
+    return sum;
+  }
+
+  /** \brief The sum without the parts that have most others, which have up to a third of
+   * the surfaces' voxels. */
+  static Comparison
+  sumOfLeast(Comparisons parts)
+  {
+    const auto has_more = [](const Comparison& one, const Comparison& next) {
+      return one.others * (next.surfaces + 1) > next.others * (one.surfaces + 1);
+    };
+    std::sort(parts.begin(), parts.end(), has_more);
+    const std::size_t most = sumOf(parts).surfaces / 3;
+    std::size_t left_out = 0;
+    Comparison sum;
+    for (const Comparison& part : parts) {
+      left_out += part.surfaces;
+      if (left_out > most)
+        sum += part;
+    }
+    return sum;
+  }
+
+  Comparisons
   compare(const io::VoxelFrame& frame,
           const BlockNeighbours& occupied,
           unsigned int level) const
   {
-    Comparison sum;
+    Comparisons parts;
     for (std::size_t i = 0; i < frame.size(); i += sample_step) {
       const std::uint64_t at = frame.keys[i] >> 3 * level;
       if (!isOfSurface(at, occupied))
         continue;
-      ++sum.surfaces;
+      Comparison& part = parts[i * parts.size() / frame.size()];
+      ++part.surfaces;
       const std::optional<std::uint64_t> key =
           keyInGrid(reference_->grid, frame.grid, frame.keys[i]);
       const bool is_near = key && reference_->occupied[level].isNear(*key >> 3 * level);
-      sum.others += is_near ? 0 : 1;
+      part.others += is_near ? 0 : 1;
     }
-    return sum;
+    return parts;
   }
 
   /** \brief Whether a frame has so many voxels of surfaces that others can be compared
@@ -162,20 +210,25 @@ private:
   }
 
   /** \brief True if more than a quarter of the surfaces' voxels are others than in the
-   * reference; more than an eighth, where that was so before. */
+   * reference, and an eighth of those in the parts of the frame that have least of them:
+   * what moves before a sensor that rests is in a few parts. Half of these shares, where
+   * that was so before. */
   bool
   showsOtherSurfaces(const io::VoxelFrame& frame, const SurfaceSupport& surfaces) const
   {
     const std::size_t levels =
         std::min<std::size_t>(surfaces.highestLevel() + 1, reference_->occupied.size());
+    Comparisons parts;
     Comparison sum;
     for (unsigned int level = 0; level < levels; ++level) {
-      sum = compare(frame, surfaces.occupied(level), level);
+      parts = compare(frame, surfaces.occupied(level), level);
+      sum = sumOf(parts);
       if (surface_part * sample_step * sum.surfaces >= frame.size())
         break;
     }
-    const std::size_t part = has_other_surfaces_ ? 8 : 4;
-    return sum.surfaces >= least_sample && part * sum.others > sum.surfaces;
+    const std::size_t share = has_other_surfaces_ ? 8 : 4;
+    return sum.surfaces >= least_sample && sum.hasOthers(share) &&
+           sumOfLeast(parts).hasOthers(2 * share);
   }
 
   std::optional<Reference> reference_;

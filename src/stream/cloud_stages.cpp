@@ -419,8 +419,11 @@ CloudStages::filterOverTime(const WorldPose& sensor_pose,
 {
   const std::array<double, 3> position = elementsOf(sensor_pose.translation());
   filtering_ = TemporalFilterStatus();
-  if (temporal_filter_)
+  if (temporal_filter_) {
+    motion_ =
+        FrameMotion(); // what moves before the sensor is elsewhere after the filter
     filtering_ = temporal_filter_->filter(frame_, {position, time});
+  }
   else if (mayFilterLater(settings_))
     filtering_.sensor_motion = motion_.judge(frame_, position, time);
   return filtering_.ok()

@@ -351,11 +351,12 @@ TEST(TemporalVoxelFilter, OfASensorThatMovesWhatIsMeasuredIsShown)
   for (int i = 0; i < 5; ++i)
     motionOf(filter, flatWall(40), 1.0);
   EXPECT_EQ(motionOf(filter, flatWall(40), 1.0), SensorMotion::AtRest);
-  // Less than a quarter that moves is not the sensor.
-  for (std::int64_t i = 0; i < 10; ++i) {
-    const Voxels plate = squarePlate(0, 20, 30 - 3 * i);
-    EXPECT_EQ(motionOf(filter, flatWall(40) + plate, 1.0), SensorMotion::AtRest) << i;
-  }
+  // Less than a third that moves before a wall is not the sensor.
+  for (const std::int64_t edge : {20, 30})
+    for (std::int64_t i = 0; i < 10; ++i) {
+      const Voxels plate = squarePlate(0, edge, 30 - 3 * i);
+      EXPECT_EQ(motionOf(filter, flatWall(40) + plate, 1.0), SensorMotion::AtRest) << i;
+    }
   // By its positions, though nothing else changes.
   TemporalVoxelFilter posed;
   motionOf(posed, flatWall(), 1.0);
