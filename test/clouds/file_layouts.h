@@ -18,9 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 using Remarks = std::vector<std::string>;
 
@@ -153,6 +151,4 @@ using Floats = std::vector<float>;
 using Doubles = std::vector<double>;
 using Colours = std::vector<std::uint32_t>;
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

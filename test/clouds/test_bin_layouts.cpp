@@ -13,9 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 namespace {
 
@@ -246,6 +244,4 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
   expectPart(refusal("a.bin", small, "x,y,z,_"), "its coordinates are no lengths");
 }
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

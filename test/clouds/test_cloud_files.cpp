@@ -22,9 +22,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 using recording::test::Bytes;
@@ -363,6 +361,4 @@ TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)
   EXPECT_GT(read_whole, 2000u);
 }
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

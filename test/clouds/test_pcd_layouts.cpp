@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 TEST_F(FileLayouts, PackedColoursAreTheSameBitsInEachType)
 {
@@ -401,6 +399,4 @@ TEST_F(FileLayouts, CompressedPointsHaveTheGapsOrNot)
   }
 }
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

@@ -11,9 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 TEST_F(FileLayouts, ColoursOfPlyMayHaveOtherTypes)
 {
@@ -195,6 +193,4 @@ TEST_F(FileLayouts, LinesBetweenPointsMayBeBlank)
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
 }
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

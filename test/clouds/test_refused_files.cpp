@@ -11,9 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext {
-namespace clouds {
-namespace test {
+namespace pcl_ext::clouds::test {
 
 namespace {
 
@@ -210,6 +208,4 @@ TEST_F(FileLayouts, WhatContradictsItselfIsRefused)
   }
 }
 
-} // namespace test
-} // namespace clouds
-} // namespace pcl_ext
+} // namespace pcl_ext::clouds::test

@@ -18,8 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 /** \brief Where the next frame may begin after a byte. */
 inline std::size_t
@@ -74,5 +73,4 @@ requireSameChanges(const std::uint8_t* data, std::size_t size)
   }
 }
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

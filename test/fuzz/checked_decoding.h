@@ -15,8 +15,7 @@
 #include <sstream>
 #include <string>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 /** \brief Limits that small frames keep, so that no input takes long. */
 inline io::DecoderLimits
@@ -109,5 +108,4 @@ decodeAll(const std::uint8_t* data,
   }
 }
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

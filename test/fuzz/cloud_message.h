@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 /** \brief The pose as numbers that a product does not round: where the sensor's axes
  * lie in the world, by axis and sign, and a translation. */
@@ -229,5 +228,4 @@ fillData(pcl::PCLPointCloud2& cloud, FuzzInput& input)
     cloud.data[i - 1] = bytes[i];
 }
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

@@ -25,8 +25,7 @@
 extern "C" std::size_t
 LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 using io::test::Parts;
 
@@ -429,5 +428,4 @@ forgedFrame(Random& random)
   return io::test::putTogetherSized(parts);
 }
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

@@ -19,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 using io::test::Bytes;
 
@@ -237,5 +236,4 @@ private:
   std::size_t next_id_ = 0;
 };
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

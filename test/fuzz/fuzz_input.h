@@ -11,8 +11,7 @@
 #include <cstdlib>
 #include <vector>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 /** \brief Stops the program, which is how a fuzzer learns of a broken promise.
  * \param[in] line where the promise is, for the message
@@ -73,5 +72,4 @@ private:
   std::size_t size_;
 };
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

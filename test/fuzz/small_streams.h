@@ -22,8 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace fuzz {
+namespace pcl_ext::fuzz {
 
 using io::test::Bytes;
 
@@ -187,5 +186,4 @@ isSame(const SentFrame& sent,
           (stamp->stamp == expected->stamp && stamp->frame_id == expected->frame_id));
 }
 
-} // namespace fuzz
-} // namespace pcl_ext
+} // namespace pcl_ext::fuzz

@@ -22,8 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::link {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::link::test {
 
 using pcl_ext::test::expectCode;
 using pcl_ext::test::hasPart;
@@ -162,5 +161,4 @@ private:
   std::map<std::string, io::FrameDecoder> decoders_;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::link
+} // namespace pcl_ext::PCL_EXT_ABI::link::test

@@ -9,8 +9,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -159,5 +158,4 @@ TEST(CompressedBags, FilesThatHaveFarMoreBytesThanTheyHadAreRefused)
   EXPECT_TRUE(hasPart(status.message(), "zstd -d")) << status;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

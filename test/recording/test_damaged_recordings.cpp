@@ -13,8 +13,7 @@
 #include <numeric>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -349,5 +348,4 @@ TEST(DamagedRecordings, OfMcapDoNotEndAtAnEndOfAnotherLength)
   }
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -13,8 +13,7 @@
 #include <map>
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -370,5 +369,4 @@ TEST(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
   EXPECT_EQ(reader.damage().size(), 2u);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

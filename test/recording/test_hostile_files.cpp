@@ -16,8 +16,7 @@
 
 #include <limits>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -340,5 +339,4 @@ TEST(Rosbag2Folders, SeveralPublishersOfATopicStayApart)
   }
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -14,8 +14,7 @@
 #include <algorithm>
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -453,5 +452,4 @@ TEST(RecordingReader, NamesTheCloudsOfABagWithoutCompressedOnes)
   EXPECT_TRUE(hasPart(status.message(), "/points/draco (draco)"));
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -4,8 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -187,5 +186,4 @@ TEST(PointCloudMessages, StampsBefore1970AreKeptAndThoseOutOfRangeAre0)
   }
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -18,8 +18,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 TEST(RecordingOutputs, AFileWithoutAPlaceHasItsNameOnlyWhenItIsComplete)
 {
@@ -128,5 +127,4 @@ TEST(RecordingOutputs, PathsThatCannotBeWrittenAreRefused)
       RecordingCode::OutputFailed);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -14,8 +14,7 @@
 #include <set>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -368,5 +367,4 @@ TEST_F(Recordings, FramesOfThePublishedLayoutAreRecorded)
   }
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

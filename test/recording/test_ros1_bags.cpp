@@ -10,8 +10,7 @@
 
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -506,5 +505,4 @@ TEST(Ros1Bags, OfOtherFormatsAreNamed)
               "is encrypted (rosbag/AesCbcEncryptor)"));
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -6,8 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
 
@@ -177,5 +176,4 @@ TEST(Rosbag2Metadata, FilesThatItNamesAreMissed)
             "it names 'bag_1.mcap', which is not there, and 1 more");
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -11,8 +11,7 @@
 
 #include <filesystem>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 TEST(TemporaryCopies, APipeIsCopiedToItsEnd)
 {
@@ -78,5 +77,4 @@ TEST(Rosbag2Folders, PipesInThemAreNotWaitedFor)
   EXPECT_TRUE(hasPart(status.message(), "bag_1.mcap' is no file"));
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Eight points x, y, z, w, and the same without infinities, NaN and large
  * numbers. */
@@ -151,5 +150,4 @@ computeWithLanes(const LanesInput& input)
 LanesResult
 computeWithAvx2(const LanesInput& input);
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -6,8 +6,7 @@
 #if PCL_EXT_HAS_AVX2
 #include "simd/avx2_lanes.h"
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 LanesResult
 computeWithAvx2(const LanesInput& input)
@@ -15,6 +14,5 @@ computeWithAvx2(const LanesInput& input)
   return computeWithLanes<Avx2Lanes>(input);
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test
 #endif

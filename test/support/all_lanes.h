@@ -8,8 +8,7 @@
 
 #include <type_traits>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Names a lanes type, which need not be complete. */
 template <typename LanesT>
@@ -37,5 +36,4 @@ protected:
   }
 };
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief CRC-32 (ISO-HDLC). */
 inline std::uint32_t
@@ -26,5 +25,4 @@ bitwiseCrc(const std::vector<std::uint8_t>& bytes)
   return ~remainder;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -11,9 +11,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace pcl_ext {
-namespace cell {
-namespace test {
+namespace pcl_ext::cell::test {
 
 inline CellFrame
 capture(RobotCell& cell, unsigned int sensor, std::uint32_t frame)
@@ -36,6 +34,4 @@ sameBytes(const FrameT& one, const FrameT& other)
   return true;
 }
 
-} // namespace test
-} // namespace cell
-} // namespace pcl_ext
+} // namespace pcl_ext::cell::test

@@ -27,8 +27,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 using io::CompressionCode;
 using io::VoxelFrame;
@@ -297,5 +296,4 @@ protected:
   CentralNode node{settingsWith(clock), recorder.listener()};
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

@@ -14,8 +14,7 @@
 #include <map>
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A wall, of whose voxels and those about it some change with each frame. */
 class ChangingFrames {
@@ -89,5 +88,4 @@ private:
   std::map<std::uint64_t, std::uint16_t> voxels_;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -14,8 +14,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief Expects that no second takes more than its bits, and that no more waits than
  * the buffer holds. */
@@ -82,5 +81,4 @@ private:
   long double waiting_bits_ = 0.0L;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

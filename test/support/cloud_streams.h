@@ -25,8 +25,7 @@
 #include <string>
 #include <type_traits>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Voxel edge of most tests, metres. */
 inline constexpr double usual_resolution = 0.04;
@@ -244,5 +243,4 @@ decodeBytes(CompressionT& decoder,
   return status;
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 /** \brief A database with the tables of rosbag2, of Humble unless tests add others. */
 class DatabaseBag {
@@ -116,5 +115,4 @@ compressed(const Bytes& bytes)
   return result;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -24,9 +24,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace test {
-namespace failing_memory {
+namespace pcl_ext::test::failing_memory {
 
 using namespace nodes;
 using nodes::test::cloudSeenFrom;
@@ -273,6 +271,4 @@ senders()
   return operations;
 }
 
-} // namespace failing_memory
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test::failing_memory

@@ -22,9 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace test {
-namespace failing_memory {
+namespace pcl_ext::test::failing_memory {
 
 using namespace io;
 using namespace io::test;
@@ -190,6 +188,4 @@ private:
   FrameEncoder encoder_{StreamFormat::Version1, 30, Effort::Fast};
 };
 
-} // namespace failing_memory
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test::failing_memory

@@ -11,8 +11,7 @@
 #include <memory>
 #include <stdexcept>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 /** \brief A clock that is set by the test and read by any thread. */
 class FakeClock {
@@ -48,5 +47,4 @@ private:
       std::make_shared<std::atomic<Time::rep>>(0);
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

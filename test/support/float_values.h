@@ -7,11 +7,9 @@
 
 #include <limits>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 inline constexpr float infinity = std::numeric_limits<float>::infinity();
 inline constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

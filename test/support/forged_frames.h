@@ -18,8 +18,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A frame of version 1. */
 struct Parts {
@@ -103,5 +102,4 @@ withChecksum(Bytes bytes, std::uint32_t reference_checksum = 0)
   return bytes;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

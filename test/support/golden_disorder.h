@@ -13,8 +13,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief Senders that are started again, whose frames come twice, late, damaged, cut
  * off, or not at all, with other bytes between them. */
@@ -71,5 +70,4 @@ goldenDisorder(const std::string& name)
   return stream;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

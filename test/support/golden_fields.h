@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief Numbers of points of 1 to 4; most voxels have one. */
 inline void
@@ -257,5 +256,4 @@ goldenFields(const std::string& name, Effort effort)
   return stream;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -20,8 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief Stamps of a stream whose I-frame has none; they go back below 0, and the
  * frame_id becomes empty. */
@@ -367,5 +366,4 @@ goldenStill(const std::string& name, Effort effort)
   return stream;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

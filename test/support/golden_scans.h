@@ -14,8 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A scan, and the points that it is decoded to. */
 inline GoldenFrame
@@ -134,5 +133,4 @@ goldenMovingScans(const std::string& name, Effort effort)
   return stream;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 struct GoldenFrame {
   VoxelFrame frame; ///< of a scan its points
@@ -220,5 +219,4 @@ sent(const GoldenStream& stream)
   return result;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

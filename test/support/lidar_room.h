@@ -15,8 +15,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief What a ray met. */
 enum class Hit : std::uint8_t { None, Wall, Snow, Pole, Person };
@@ -136,5 +135,4 @@ struct LidarRoom {
   }
 };
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

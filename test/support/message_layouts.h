@@ -21,8 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 using pcl::PCLPointCloud2;
 using pcl::PCLPointField;
@@ -204,5 +203,4 @@ expectRefusal(const PCLPointCloud2& message,
         << "'" << culprit << "' is not in: " << status.message();
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -21,8 +21,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 using PointIntensity = std::function<double(const pcl::PointXYZI&)>;
 
@@ -92,5 +91,4 @@ naivelyPreprocessed(const pcl::PointCloud<pcl::PointXYZI>& cloud,
   return preprocessed;
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

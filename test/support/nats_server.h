@@ -24,8 +24,7 @@
 #include <string>
 #include <thread>
 
-namespace pcl_ext::PCL_EXT_ABI::link {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::link::test {
 
 using recording::test::TestFolder;
 
@@ -187,5 +186,4 @@ private:
   pid_t pid_ = -1;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::link
+} // namespace pcl_ext::PCL_EXT_ABI::link::test

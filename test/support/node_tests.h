@@ -33,8 +33,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 using namespace nodes;
 using namespace std::chrono_literals;
@@ -63,5 +62,4 @@ using pcl_ext::test::naiveVoxels;
 using pcl_ext::test::WorldVoxels;
 using pcl_ext::test::worldVoxels;
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

@@ -18,9 +18,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext {
-namespace io {
-namespace test {
+namespace pcl_ext::io::test {
 
 /** \brief An organised cloud, and where its sensor is. */
 struct OrganisedCloud {
@@ -141,6 +139,4 @@ slantedPose()
   return pose;
 }
 
-} // namespace test
-} // namespace io
-} // namespace pcl_ext
+} // namespace pcl_ext::io::test

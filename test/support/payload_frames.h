@@ -8,8 +8,7 @@
 #include "codec/payload_coder.h"
 #include "support/voxel_frames.h"
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief Appends the payload of a frame, which is matched before if it is a
  * P-frame. */
@@ -74,5 +73,4 @@ expectDecoded(PayloadCoder& coder,
       coder, memory, payload, frame, frame.size(), is_i_frame, back, sizes));
   expectSameFrame(back, frame);
 }
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

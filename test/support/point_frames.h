@@ -14,8 +14,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief What the points of a frame are like. */
 struct PointContent {
@@ -106,5 +105,4 @@ pointFrame(std::mt19937_64& random, const PointContent& content = {})
   return frame;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

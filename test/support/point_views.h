@@ -13,8 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A view of points, of which there must be one: x, y, z, and of four numbers the
  * intensity. */
@@ -58,5 +57,4 @@ viewOf(const std::vector<ColouredPoint>& points)
   return view;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -21,8 +21,7 @@
 #include <random>
 #include <string>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 
@@ -88,5 +87,4 @@ corner(const std::array<double, 3>& coordinates)
   return {coordinates[0], coordinates[1], coordinates[2]};
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -15,8 +15,7 @@
 #include <cstddef>
 #include <optional>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief What a cloud costs on the finest step, with effort balanced. */
 struct CloudCost {
@@ -159,5 +158,4 @@ private:
   SensorMotion sensor_motion_ = SensorMotion::AtRest;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

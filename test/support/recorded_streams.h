@@ -27,8 +27,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 using pcl_ext::test::hasPart;
 
@@ -240,5 +239,4 @@ readAll(const std::string& path, const std::vector<KnownStream>& known)
   return result;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

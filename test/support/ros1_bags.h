@@ -20,8 +20,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 inline std::string
 littleEndian(std::uint64_t number, std::size_t size)
@@ -230,5 +229,4 @@ private:
   std::string infos_;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

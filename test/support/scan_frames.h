@@ -15,8 +15,7 @@
 #include <cstdint>
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A camera of 40 x 30 pixels in the middle of a grid of 1 mm. */
 inline scan::ScanFrame
@@ -202,5 +201,4 @@ frameOf(scan::ScanFrame scan)
   return frame;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 /** \brief Runs a schedule, and notes what it releases and merges. */
 class ScheduleRun {
@@ -93,5 +92,4 @@ private:
 /** \brief The first stamp, of the sensors' clock and not of the arrivals'. */
 constexpr Time begin = std::chrono::seconds(1'700'000'000);
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

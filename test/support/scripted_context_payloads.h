@@ -20,8 +20,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using namespace context;
 
@@ -188,5 +187,4 @@ blocksOf(const std::vector<std::uint64_t>& keys)
   return blocks;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -21,8 +21,7 @@
 #include <set>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using namespace fast;
 using namespace rans;
@@ -286,5 +285,4 @@ private:
   std::uint16_t running_ = 0;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -16,8 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using namespace fast;
 using namespace rans;
@@ -173,5 +172,4 @@ writeFullGrid(FastScript& script, unsigned int depth)
   script.newVoxels(depth, keys);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

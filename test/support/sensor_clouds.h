@@ -31,8 +31,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Bytes = std::vector<std::uint8_t>;
@@ -159,5 +158,4 @@ expectLeftOut(SensorNode& node,
   EXPECT_TRUE(bytes.empty());
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

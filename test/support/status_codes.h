@@ -7,8 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Expects a code, and a message with everything but success. */
 template <typename StatusT, typename CodeT>
@@ -20,5 +19,4 @@ expectCode(const StatusT& status, CodeT code)
   EXPECT_EQ(status.message().empty(), code == CodeT::Ok);
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -15,8 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::link {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::link::test {
 
 /** \brief Publishes messages as another program does. */
 class Stranger {
@@ -55,5 +54,4 @@ private:
   natsConnection* connection_ = nullptr;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::link
+} // namespace pcl_ext::PCL_EXT_ABI::link::test

@@ -14,8 +14,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 inline void
 removeIntensities(VoxelFrame& frame)
@@ -131,5 +130,4 @@ fineFrame(std::mt19937_64& random, unsigned int bits)
   return frame;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -17,8 +17,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl_ext {
-namespace temporal {
+namespace pcl_ext::temporal {
 
 inline constexpr double voxel_edge = 0.04;
 inline constexpr std::int64_t wall_size = 48;
@@ -87,5 +86,4 @@ shownOf(TemporalVoxelFilter& filter,
   return shown;
 }
 
-} // namespace temporal
-} // namespace pcl_ext
+} // namespace pcl_ext::temporal

@@ -15,8 +15,7 @@
 #include <string>
 #include <system_error>
 
-namespace pcl_ext::PCL_EXT_ABI::recording {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 /** \brief A folder for the files of a test, which is removed with them. Other runs of the
  * test have others. */
@@ -53,5 +52,4 @@ private:
   std::filesystem::path path_;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::recording
+} // namespace pcl_ext::PCL_EXT_ABI::recording::test

@@ -9,8 +9,7 @@
 #include <cstdlib>
 #include <new>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 namespace {
 
@@ -169,8 +168,7 @@ Exemption::Exemption() : was_exempt_(is_exempt) { is_exempt = true; }
 
 Exemption::~Exemption() { is_exempt = was_exempt_; }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test
 
 // All forms are replaced: what a sanitizer's own would give is not for free().
 using pcl_ext::test::giveBackMemory;

@@ -13,8 +13,7 @@
 #include <cstddef>
 #include <new>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Counts what all threads take from operator new while it lives.
  *
@@ -135,5 +134,4 @@ failEachAllocation(const CallT& call)
   return failEachAllocation(call, [] {});
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

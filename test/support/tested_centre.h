@@ -21,8 +21,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::nodes {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::nodes::test {
 
 /** \brief Stamp of the first clouds, at time 0. */
 constexpr Time first_stamp = std::chrono::seconds(1000);
@@ -118,5 +117,4 @@ reportOf(TestedCentre& centre, const std::string& name)
   return {};
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::nodes
+} // namespace pcl_ext::PCL_EXT_ABI::nodes::test

@@ -9,8 +9,7 @@
 
 #include <string>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \return with the text as its message */
 inline ::testing::AssertionResult
@@ -22,5 +21,4 @@ hasPart(const std::string& text, const std::string& part)
          << text;
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

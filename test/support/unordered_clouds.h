@@ -12,8 +12,7 @@
 
 #include <cstddef>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A stream of clouds that are coded as voxels. */
 class UnorderedClouds {
@@ -37,5 +36,4 @@ private:
   FrameEncoder encoder_;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

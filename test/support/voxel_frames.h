@@ -22,8 +22,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -254,5 +253,4 @@ encodedWalk(FrameEncoder& encoder,
   return stream;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

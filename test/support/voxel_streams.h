@@ -16,8 +16,7 @@
 #include <optional>
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 /** \brief A sensor that looks at a room which does not change. */
 class RoomStream {
@@ -131,5 +130,4 @@ roomSettings(unsigned int depth,
   return settings;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -21,8 +21,7 @@
 #include <random>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::io {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 inline constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 using pcl_ext::test::infinity;
@@ -160,5 +159,4 @@ row(const std::vector<float>& intensities)
   return cloud;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::io
+} // namespace pcl_ext::PCL_EXT_ABI::io::test

@@ -14,8 +14,7 @@
 #include <cstdint>
 #include <map>
 
-namespace pcl_ext {
-namespace test {
+namespace pcl_ext::test {
 
 /** \brief Intensity by index of a voxel about the world origin. */
 using WorldVoxels = std::map<std::array<std::int64_t, 3>, double>;
@@ -47,5 +46,4 @@ worldVoxels(const io::VoxelFrame& frame)
   return voxels;
 }
 
-} // namespace test
-} // namespace pcl_ext
+} // namespace pcl_ext::test

@@ -17,9 +17,7 @@
 #include <csignal>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 /** \brief A run of the program that goes on until it ends or is told to. */
 class BackgroundProgram {
@@ -102,6 +100,4 @@ private:
   pid_t pid_ = -1;
 };
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

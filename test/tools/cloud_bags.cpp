@@ -12,9 +12,7 @@
 
 #include <algorithm>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using recording::McapChannel;
 using recording::McapMessage;
@@ -157,6 +155,4 @@ writeUnevenBag(const std::string& path, std::size_t frames)
             messages);
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -11,9 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 /** \brief Log time of cloud i; its stamp is earlier. */
 recording::Time
@@ -46,6 +44,4 @@ writeBag(const std::string& path, std::size_t frames);
 void
 writeUnevenBag(const std::string& path, std::size_t frames);
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

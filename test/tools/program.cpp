@@ -17,9 +17,7 @@
 #include <random>
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -211,6 +209,4 @@ filesIn(const std::string& path)
                     std::filesystem::directory_iterator()));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -17,9 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using pcl_ext::test::hasPart;
 using recording::test::Bytes;
@@ -173,6 +171,4 @@ expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>&
 std::size_t
 filesIn(const std::string& path);
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -15,9 +15,7 @@
 #include <atomic>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using link::test::NatsServer;
 
@@ -82,6 +80,4 @@ private:
   link::FramePublisher publisher_;
 };
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -14,9 +14,7 @@
 #include <cmath>
 #include <set>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using Voxel = std::array<int, 3>;
 
@@ -171,6 +169,4 @@ TEST(SettingChoice, LimitsAreGivenUpWhereNothingKeepsThem)
   expectChoice(choose(trials, limits), 2, Effort::Balanced, ChoiceFault::Holes);
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -11,9 +11,7 @@
 #include <limits>
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 /** \brief The lines of a text that begin with some words. */
 std::vector<std::string>
@@ -166,6 +164,4 @@ TEST_F(ProgramAdvise, SaysWhatCannotBeTold)
       "is at the largest");
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -16,9 +16,7 @@
 #include <filesystem>
 #include <map>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -412,6 +410,4 @@ TEST_F(ProgramBags, OtherMessagesThatTwoPartsHaveAreCopiedOnce)
     expectSameMessages(all.messages.at(topic), joined.messages.at(topic));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

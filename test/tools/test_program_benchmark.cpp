@@ -13,9 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -112,6 +110,4 @@ TEST_F(ProgramBenchmark, ACloudThatIsDamagedIsNamedAndTheOthersAreMeasured)
   EXPECT_TRUE(hasPart(damaged.output, "| /room  | fast   | 1      | 2      |"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

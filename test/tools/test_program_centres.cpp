@@ -19,9 +19,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using recording::Time;
 using std::chrono::milliseconds;
@@ -215,6 +213,4 @@ TEST_F(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
       hasPart(programs[2]->errors(), "zone_1: its publisher began anew 1 time,"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -10,9 +10,7 @@
 #include <filesystem>
 #include <random>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -314,6 +312,4 @@ TEST_F(ProgramDecode, NamesOfStreamsDoNotLeaveTheFolder)
   EXPECT_TRUE(fs::exists(folder / "out/__/000000.pcd"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -15,9 +15,7 @@
 #include <limits>
 #include <sstream>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -287,6 +285,4 @@ TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
                           " against 16 bytes a point"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

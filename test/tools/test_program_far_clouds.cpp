@@ -23,9 +23,7 @@
 #include <map>
 #include <random>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -314,6 +312,4 @@ TEST_F(ProgramFarClouds, PointsOfScansBeyondTheGridAreToldWhereVoxelsAreNeeded)
       << some.errors;
   EXPECT_TRUE(hasPart(some.errors, "in all frames 4,800 points")) << some.errors;
 }
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

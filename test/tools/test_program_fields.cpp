@@ -26,9 +26,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -332,6 +330,4 @@ TEST_F(ProgramFields, ThatAllCannotKeepAreNamedWithoutTheOption)
                       "fields that are left out: " + name.substr(0, 64) + '\n'))
       << all.output << all.errors;
 }
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

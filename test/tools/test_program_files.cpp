@@ -15,9 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -181,6 +179,4 @@ TEST_F(ProgramFiles, AllFieldsAreThoseOfColoursOfPointsOfOneVoxel)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -21,9 +21,7 @@
 #include <functional>
 #include <map>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -491,6 +489,4 @@ TEST_F(ProgramForeignBags, WhereThereIsNoFolderForATemporaryFileThatIsTold)
       << result.errors;
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

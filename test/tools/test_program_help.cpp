@@ -12,9 +12,7 @@
 #include <set>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -129,6 +127,4 @@ TEST_F(ProgramHelp, CompletionKnowsCommandsOptionsAndValues)
   EXPECT_EQ(complete("view --no"), "--no-browser --no-header\n");
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -10,9 +10,7 @@
 #include <filesystem>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -79,6 +77,4 @@ TEST_F(ProgramHostileInputs, FilesOfTheSystemAreNotWaitedFor)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -12,9 +12,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -317,6 +315,4 @@ TEST_F(ProgramInputs, AnIntensityThatLaterCloudsLackIs0)
   EXPECT_EQ(run("encode ply -o y.mcap --law native").status, 2);
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -17,9 +17,7 @@
 #include <future>
 #include <system_error>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -136,6 +134,4 @@ TEST_F(ProgramInterruption, OfTheDemoIsToldOnce)
   EXPECT_FALSE(hasPart(result.errors, ending + ending));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -10,9 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -145,6 +143,4 @@ TEST_F(ProgramJobs, JsonHasWhatTheSummaryHas)
   EXPECT_FALSE(bag["errors"].empty());
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -17,9 +17,7 @@
 #include <filesystem>
 #include <limits>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -398,6 +396,4 @@ TEST_F(ProgramKept, RowsAndColumnsWithoutAnyPoint)
             "ply: 3 frames, 24 points, 1 frame without points and file\n");
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -18,9 +18,7 @@
 #include <filesystem>
 #include <random>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -348,6 +346,4 @@ TEST_F(ProgramLayouts, CoordinatesStayDoublesAndIntensitiesWholeNumbers)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

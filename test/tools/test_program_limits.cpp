@@ -8,9 +8,7 @@
 #include <filesystem>
 #include <random>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -88,6 +86,4 @@ TEST_F(ProgramLimits, StreamsShareTheMemory)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -18,9 +18,7 @@
 #include <filesystem>
 #include <set>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -206,6 +204,4 @@ TEST_F(ProgramLive, AFileThatAppearsMeanwhileIsNotReplaced)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

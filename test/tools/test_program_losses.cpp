@@ -16,9 +16,7 @@
 #include <string>
 #include <thread>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -181,6 +179,4 @@ TEST_F(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
   EXPECT_EQ(decode(folder / "x.pcxi").at(0).frames.size(), 4u);
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

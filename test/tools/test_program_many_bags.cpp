@@ -17,9 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -245,6 +243,4 @@ TEST_F(ProgramManyBags, WhatIsNoBagInAFolderIsLeftOutAndNamed)
   EXPECT_TRUE(hasPart(run("encode bags -r 0.05 -o a.mcap").errors, remark));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

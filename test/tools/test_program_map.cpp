@@ -10,9 +10,7 @@
 #include <filesystem>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -95,6 +93,4 @@ TEST_F(ProgramMap, HasVoxelsOfNoNativeIntensity)
   EXPECT_EQ(statusOf("shares.ot", " --map-full-intensity 4"), 1); // it is empty
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -13,9 +13,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -239,6 +237,4 @@ TEST_F(ProgramOptions, ProgressFitsANarrowTerminal)
   }
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -10,9 +10,7 @@
 #include <chrono>
 #include <map>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -245,6 +243,4 @@ TEST_F(ProgramMerge, FramesThatTwoPartsHaveMayBeOfOneTime)
   EXPECT_EQ(decode(folder / "ab.mcap")[0].frames.size(), 40u);
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -19,9 +19,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 using link::test::freePort;
@@ -393,6 +391,4 @@ TEST_F(ProgramSite, TellsWhatIsWrong)
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

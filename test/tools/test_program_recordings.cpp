@@ -12,9 +12,7 @@
 #include <algorithm>
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -228,6 +226,4 @@ TEST_F(ProgramInfo, WhatHeadersDoNotTellIsUnknown)
   EXPECT_FALSE(stream.contains("format") || stream.contains("effort")) << stream;
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

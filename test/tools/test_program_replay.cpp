@@ -22,9 +22,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using pcl_ext::test::worldVoxels;
 using recording::Time;
@@ -229,6 +227,4 @@ TEST_F(ProgramReplay, HasTheMetadataOfASenderThatBeganAnew)
       (std::map<std::string, std::size_t>{{first_pose, count}, {second_pose, count}}));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -12,9 +12,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -280,6 +278,4 @@ TEST_F(ProgramRos1Bags, TimesAfter2038KeepTheirBits)
                 std::chrono::milliseconds(250));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -11,9 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using link::test::freePort;
 
@@ -192,6 +190,4 @@ TEST_F(ProgramSite, OptionsWithoutEffectOnWhatIsSentAreRefused)
        {"advise --cell --pose 0,0,0,0,0,0", 2, "--pose is for inputs"}});
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

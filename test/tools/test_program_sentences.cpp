@@ -17,9 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
@@ -335,6 +333,4 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
   EXPECT_TRUE(hasPart(nothing.output + nothing.errors, "Usage: pcl_ext"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

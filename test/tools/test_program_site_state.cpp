@@ -17,9 +17,7 @@
 #include <string>
 #include <thread>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 using link::test::freePort;
 
@@ -380,6 +378,4 @@ TEST_F(ProgramSiteState, AMapThatCannotBeWrittenTellsTheReason)
       << receiving.errors();
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -10,9 +10,7 @@
 #include <filesystem>
 #include <thread>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 namespace {
 
@@ -273,6 +271,4 @@ TEST_F(ProgramView, TheCommandThatMakesAMissingPageIsTold)
                 "this command makes it: bash " + (folder / "sources/viewer/build.sh"));
 }
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext {
-namespace tools {
+namespace pcl_ext::tools {
 namespace {
 
 using io::EncoderSettings;
@@ -159,5 +158,4 @@ TEST(SettingOptions, OtherNumbersInAListAreRefused)
 }
 
 } // namespace
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools

@@ -14,9 +14,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl_ext {
-namespace tools {
-namespace test {
+namespace pcl_ext::tools::test {
 
 /** \brief A run of pcl_ext view that serves until it is told to end. */
 class ViewProcess : public BackgroundProgram {
@@ -107,6 +105,4 @@ private:
   int input_;
 };
 
-} // namespace test
-} // namespace tools
-} // namespace pcl_ext
+} // namespace pcl_ext::tools::test

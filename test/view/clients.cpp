@@ -22,8 +22,7 @@
 #include <filesystem>
 #include <sstream>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
@@ -310,5 +309,4 @@ processUse()
   return {entriesOf("/proc/self/fd"), entriesOf("/proc/self/task")};
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

@@ -17,8 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 using pcl_ext::test::hasPart;
 
@@ -128,5 +127,4 @@ struct ProcessUse {
 ProcessUse
 processUse();
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

@@ -17,8 +17,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -94,5 +93,4 @@ timeOfFrame(std::size_t number)
   return std::chrono::milliseconds(1'000'000 + 50 * number);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

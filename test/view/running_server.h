@@ -14,8 +14,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 constexpr char test_page[] = "<!doctype html><title>test</title><body>page</body>";
 
@@ -70,5 +69,4 @@ public:
   std::unique_ptr<ViewServer> server;
 };
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

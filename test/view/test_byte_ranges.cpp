@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -79,5 +78,4 @@ TEST(ByteRanges, TooManyAreIgnored)
   EXPECT_EQ(rangesOf(header + ",0-0"), "whole");
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

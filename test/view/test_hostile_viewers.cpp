@@ -8,8 +8,7 @@
 
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -308,5 +307,4 @@ TEST(ViewServer, AddressesAreNumbersOfThisMachine)
   EXPECT_EQ(start("203.0.113.7", true), ViewServerCode::CannotListen);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

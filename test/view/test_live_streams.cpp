@@ -6,8 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -337,5 +336,4 @@ TEST(LiveMessages, ListTheStreamsAndAskForIFrames)
     EXPECT_FALSE(requestedIFrame(other).has_value()) << other;
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

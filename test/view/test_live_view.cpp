@@ -8,8 +8,7 @@
 
 #include <thread>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -225,5 +224,4 @@ TEST(LiveView, StreamsGoOnWhileViewersComeAndGo)
   EXPECT_TRUE(live.waitForViewers(0));
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

@@ -9,8 +9,7 @@
 
 #include <random>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -254,5 +253,4 @@ TEST(ViewServer, FilesThatCannotBeReadAreRefused)
   EXPECT_EQ(server.start().code(), ViewServerCode::InvalidArgument);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test

@@ -6,8 +6,7 @@
 
 #include <atomic>
 
-namespace pcl_ext::PCL_EXT_ABI::view {
-namespace test {
+namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
@@ -69,5 +68,4 @@ TEST(ServerMetrics, FollowThoseOfTheProgram)
   EXPECT_EQ(calls, 3);
 }
 
-} // namespace test
-} // namespace pcl_ext::PCL_EXT_ABI::view
+} // namespace pcl_ext::PCL_EXT_ABI::view::test
