@@ -60,7 +60,6 @@ changed(Bytes frame, std::size_t at, const Bytes& bytes)
   return withChecksum(frame);
 }
 
-/** \brief A frame with a depth model that it has no use for. */
 Bytes
 withDepthModel(Parts parts, const DepthModel& model)
 {
@@ -72,7 +71,6 @@ withDepthModel(Parts parts, const DepthModel& model)
   return putTogetherSized(parts);
 }
 
-/** \brief The bytes of a frame of version 1 behind its header. */
 Bytes
 payloadOf(const VoxelFrame& frame)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Reads files of clouds that other programs write in other ways than PCL.
- */
 #pragma once
 
 #include "clouds/bin_file.h"
@@ -31,7 +28,6 @@ expectPart(const std::string& message, const std::string& part)
 /** \brief Files that other programs write in other ways than PCL. */
 class FileLayouts : public ::testing::Test {
 protected:
-  /** \brief Reads a file of some bytes. */
   Remarks
   read(const std::string& name,
        const std::string& bytes,
@@ -44,7 +40,6 @@ protected:
                                         : parseBinFields(bin_fields));
   }
 
-  /** \brief Why it cannot be read. */
   std::string
   refusal(const std::string& name,
           const std::string& bytes,

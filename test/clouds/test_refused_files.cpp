@@ -15,7 +15,6 @@ namespace pcl_ext::clouds::test {
 
 namespace {
 
-/** \brief A PCD file with x, y, z in float32. */
 std::string
 pcdOf(const std::string& points, const std::string& data)
 {
@@ -23,7 +22,6 @@ pcdOf(const std::string& points, const std::string& data)
          points + "\nHEIGHT 1\nPOINTS " + points + "\nDATA " + data;
 }
 
-/** \brief A PLY file with x, y, z in float32, and red. */
 std::string
 plyOf(const std::string& format, const std::string& vertices, const std::string& data)
 {
@@ -31,7 +29,6 @@ plyOf(const std::string& format, const std::string& vertices, const std::string&
          "property uchar red\nend_header\n" + data;
 }
 
-/** \brief A text with more before the first occurrence of a word. */
 std::string
 withBefore(std::string text, const char* word, const std::string& more)
 {

@@ -150,7 +150,6 @@ TEST(HistoryUse, ComparesBytesOfAVoxel)
   EXPECT_EQ(partOf(use, 256, 2001, 2000), 'k');
 }
 
-/** \brief Sheets of voxels, a different one in each frame. */
 std::vector<VoxelFrame>
 jumpingSheets(int frames)
 {

@@ -18,10 +18,8 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief Encoder and decoder of one stream. */
 class Ends {
 public:
-  /** \param[in] work which streams, and both ends of one, may share */
   Ends(Effort effort, CodingWorkspace& work) : effort_(effort), work_(work) {}
 
   Bytes
@@ -70,7 +68,6 @@ public:
     EXPECT_EQ(trackedVoxels(frame), frame.size());
   }
 
-  /** \brief Voxels of a frame that are in the decoder's history. */
   std::size_t
   trackedVoxels(const VoxelFrame& frame)
   {

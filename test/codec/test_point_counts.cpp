@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Numbers of points are coded as intensities are: for as many bytes, and for any
- * number.
- */
 #include "codec/payload_coder.h"
 #include "support/forged_frames.h"
 #include "support/status_codes.h"

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Memory that does not grow: of streams, however long they run, and of decoders
- * that forged payloads would have make more and more.
- */
 #include "support/scripted_fast_stream.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -19,7 +15,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-/** \brief The most memory that a decoder takes at once for a frame that it refuses. */
 std::size_t
 memoryToRefuse(FrameDecoder& decoder, const Bytes& bytes)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Invalid residuals of a depth model after valid numbers of points, of the
- * effort fast, which codes both in rows of their own.
- */
 #include "codec/depth_split.h"
 #include "codec/rans/classed_row.h"
 #include "support/forged_frames.h"
@@ -45,7 +41,6 @@ frameOfPoints(std::mt19937_64& random)
   return frame;
 }
 
-/** \brief A payload in its parts. */
 struct SplitPayload {
   Bytes model; ///< none in P-frames
   Bytes numbers;
@@ -67,7 +62,6 @@ struct SplitPayload {
     residuals.assign(numbers_begin + numbers_size, parts.payload.end());
   }
 
-  /** \param[in] numbers_size what is said of it */
   Bytes
   together(std::uint64_t numbers_size) const
   {
@@ -110,7 +104,6 @@ struct Residuals {
   }
 };
 
-/** \brief An I-frame and two P-frames. */
 struct Stream {
   std::vector<VoxelFrame> frames;
   std::vector<Bytes> bytes;
@@ -129,7 +122,6 @@ struct Stream {
     }
   }
 
-  /** \brief A frame in the place of the first P-frame. */
   Bytes
   forged(Parts some, const Bytes& payload) const
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What OctreePointCloudIntensityCompression takes from clouds of any type of
- * point and what it gives back: centres, intensities, colours, headers.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
@@ -24,7 +20,6 @@
 #include <type_traits>
 #include <vector>
 
-/** \brief A point as many lidar drivers have it. */
 struct PointWithByteIntensity {
   PCL_ADD_POINT4D;
   std::uint8_t intensity;

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Fields of points, and rows and columns of organised clouds, through the class.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
@@ -23,7 +20,6 @@
 #include <set>
 #include <sstream>
 
-/** \brief A point of a lidar, as its ROS driver publishes it. */
 struct PointXYZIRT {
   PCL_ADD_POINT4D
   float intensity;

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Intensity models of OctreePointCloudIntensityCompression: which depth a model
- * gets, and models of users.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
@@ -130,7 +126,6 @@ somePose()
   return pose;
 }
 
-/** \brief Expects an encoder to show the shares of a cloud. */
 template <typename CompressionT>
 void
 expectShares(CompressionT& encoder,

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief settings.retain_octree: the inherited octree queries answer for the frame that
- * was encoded or decoded last.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
@@ -58,7 +54,6 @@ protected:
     return settings;
   }
 
-  /** \brief Expects the queries of the octree to agree with the decoded cloud. */
   static void
   expectAgreement(CompressionT& compression, const Cloud& decoded, double resolution)
   {
@@ -99,8 +94,6 @@ protected:
     EXPECT_EQ(leaves, decoded.size());
   }
 
-  /** \brief Expects the octree of a cloud that was encoded to have all of its
-   * points. */
   static void
   expectAllOccupied(const Cloud& cloud, double resolution)
   {
@@ -111,7 +104,6 @@ protected:
       EXPECT_TRUE(compression.isVoxelOccupiedAtPoint(point)) << point;
   }
 
-  /** \brief Expects neighbours of the cloud's voxels to be empty where no voxel is. */
   static void
   expectEmptySpace(const CompressionT& compression,
                    const NaiveVoxels& voxels,

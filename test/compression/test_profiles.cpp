@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The constructor that takes PCL's arguments: its profiles and defaults.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
@@ -31,7 +28,6 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 using PointCompression = OctreePointCloudIntensityCompression<pcl::PointXYZ>;
 
-/** \brief A profile of PCL and the effort that it stands for. */
 struct ProfileCase {
   pcl::io::compression_Profiles_e profile;
   Effort effort;

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief settings.max_rate of OctreePointCloudIntensityCompression.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/checked_link.h"
@@ -44,7 +41,6 @@ limitedSettings()
   return settings;
 }
 
-/** \brief A cloud at 10 Hz. */
 Cloud::Ptr
 cloudAt(unsigned int frame, std::size_t size = 2000)
 {

@@ -1,10 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Settings of OctreePointCloudIntensityCompression: they reach the codec,
- * invalid ones are reported by every call, and the usual_resolution may change while a
- * stream runs.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/compression/point_view.h>
 #include <pcl_ext/impl/point_intensity.h>
@@ -133,7 +128,6 @@ TEST(CodecSettings, DecoderLimits)
 
 // ---------------------------------------------------------------- invalid settings
 
-/** \brief Invalid settings, and the field that their message names. */
 struct InvalidSettings {
   std::string field;
   std::function<void(IntensityCompressionSettings&)> spoil;

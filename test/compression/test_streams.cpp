@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Streams of many frames through OctreePointCloudIntensityCompression: lost
- * frames, statistics, formats.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
@@ -29,7 +25,6 @@ using pcl_ext::CountIntensity;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 
-/** \brief A scene that moves a little from frame to frame. */
 Cloud::Ptr
 movingCloud(unsigned int frame)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What OctreePointCloudIntensityCompression says when not all of a cloud is in
- * its frame, and about streams that it cannot read or write.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Scans of the lidar as voxels, and how points and voxels are four_points.
- */
 #include "noise/lidar_scans.h"
 #include "noise/scores.h"
 

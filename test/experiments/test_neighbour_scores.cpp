@@ -47,7 +47,6 @@ sheetWithOutliers()
   return frame;
 }
 
-/** \brief Which points one of PCL's filters keeps. */
 template <typename FilterT>
 std::vector<int>
 keptBy(FilterT& filter, const Centres::Ptr& centres)
@@ -112,7 +111,6 @@ TEST(NeighbourScores, RadiusScoresDecideAsPclsFilter)
   }
 }
 
-/** \brief A rough floor around the sensor and points in the air, up to 30 m away. */
 Centres::Ptr
 floorAndFlakes()
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What tables rate and temporal are built of: links, and the judge of what is
- * shown.
- */
 #include "shown/shown_quality.h"
 #include "shown/simulated_link.h"
 #include "simulator/robot_cell.h"
@@ -68,7 +64,6 @@ cloudOfThree()
   return shown::surfacePoints(frame, [](std::size_t) { return false; });
 }
 
-/** \brief A frame with the voxels around some points. */
 io::VoxelFrame
 voxelsAround(double edge, std::initializer_list<double> xs)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief removeOutliers() on clouds of PCL: of any layout what is noise by
- * PointOutlierRemoval is removed, and nothing else changes.
- */
 #include <pcl_ext/filters/cloud_outlier_removal.h>
 #include <pcl_ext/filters/lidar_clouds.h>
 
@@ -36,7 +32,6 @@ snowyScan()
   return room.scan();
 }
 
-/** \brief What PointOutlierRemoval removes of it. */
 std::vector<bool>
 noiseOf(const LidarScan& scan)
 {

@@ -26,7 +26,6 @@ using pcl_ext::test::TestOfLanes;
 
 constexpr float largest = std::numeric_limits<float>::max();
 
-/** \brief Usual coordinates and special values. */
 float
 anyCoordinate(std::mt19937_64& random)
 {

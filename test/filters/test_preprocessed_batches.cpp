@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The points of batches are those that SensorPreprocessor writes.
- */
 #include <pcl_ext/point_types.h>
 
 #include "filters/preprocessed_batches.h"
@@ -80,7 +77,6 @@ expectEqual(const PreprocessingStatistics& a, const PreprocessingStatistics& b)
   EXPECT_EQ(a.has_colours, b.has_colours);
 }
 
-/** \brief Reads all batches and compares each point. */
 template <typename BatchesT>
 void
 expectPoints(BatchesT& batches, const pcl::PointCloud<PointXYZRGBI>& expected)
@@ -134,7 +130,6 @@ expectBatches(const ModelT& model, const pcl::PCLPointCloud2& cloud)
   expectEqual(batches.statistics(), preprocessor.statistics());
 }
 
-/** \brief x, y, z of numbers of a type. */
 template <typename NumberT>
 pcl::PCLPointCloud2
 xyzCloud(const std::vector<std::array<NumberT, 3>>& points)
@@ -158,7 +153,6 @@ xyzCloud(const std::vector<std::array<NumberT, 3>>& points)
   return cloud;
 }
 
-/** \brief Expects the coordinates of a cloud's only point. */
 template <typename NumberT>
 void
 expectPlace(const std::array<NumberT, 3>& point,

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The order of a lidar's points, restored by ring and time.
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/lidar_clouds.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
@@ -72,7 +69,6 @@ measuredCloud(double delay = 0.0)
   return cloud;
 }
 
-/** \brief The cloud behind encoder and decoder, at edges of 1 mm. */
 pcl::PCLPointCloud2
 received(const pcl::PointCloud<TimedPoint>& cloud)
 {

@@ -46,7 +46,6 @@ naiveQuadratic(const pcl::PointXYZI& point)
   return kinectShare(static_cast<double>(point.z), preprocessed_resolution);
 }
 
-/** \brief What the preprocessor should make of a cloud. */
 struct NaiveResult {
   Output points;
   PreprocessingStatistics statistics;
@@ -146,7 +145,6 @@ typedCloud(const Output& points)
   return cloud;
 }
 
-/** \brief A cloud of a few points. */
 pcl::PointCloud<pcl::PointXYZ>
 cloudOf(const std::vector<Eigen::Vector3f>& places)
 {

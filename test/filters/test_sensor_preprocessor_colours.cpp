@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief SensorPreprocessor keeps the colours of clouds of any layout and type.
- */
 #include <pcl_ext/point_types.h>
 
 #include "support/message_layouts.h"
@@ -30,7 +27,6 @@ colourOf(std::size_t point)
   return 0xff000000u | (number * 2654435761u & 0xffffffu);
 }
 
-/** \brief A message whose field of colour is not aligned. */
 PCLPointCloud2
 colouredMessage(const std::string& name,
                 std::uint8_t datatype,

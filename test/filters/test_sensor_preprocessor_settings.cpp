@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Settings of SensorPreprocessor that are refused.
- */
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/intensity/intensity_model.h>
 
@@ -39,7 +36,6 @@ onePoint()
   return cloud;
 }
 
-/** \brief Expects both kinds of input to be refused because of the settings. */
 template <typename IntensityModelT>
 void
 expectInvalidSettings(SensorPreprocessor<IntensityModelT>& preprocessor,

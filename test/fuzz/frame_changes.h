@@ -76,7 +76,6 @@ anyNumber(Random& random)
   }
 }
 
-/** \brief A number near another one, or any. */
 template <typename NumberT>
 void
 change(NumberT& number, Random& random)
@@ -86,7 +85,6 @@ change(NumberT& number, Random& random)
                                                 : anyNumber(random));
 }
 
-/** \brief A float of any bits. */
 template <typename NumberT, typename BitsT>
 void
 changeBits(NumberT& number, Random& random)

@@ -79,7 +79,6 @@ requireFreshFrames(FrameDecoder& decoder, const LastFrame& last)
   }
 }
 
-/** \brief One change of a row that has frames. */
 void
 changeRow(FrameRow& row, Random& random)
 {

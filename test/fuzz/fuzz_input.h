@@ -58,7 +58,6 @@ public:
     return static_cast<NumberT>(value);
   }
 
-  /** \brief All that is left. */
   std::vector<std::uint8_t>
   rest()
   {

@@ -21,7 +21,6 @@ namespace {
 
 using namespace pcl_ext::recording;
 
-/** \brief A file in memory. */
 class MemoryFile {
 public:
   MemoryFile(const std::uint8_t* bytes, std::size_t size)

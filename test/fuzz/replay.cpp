@@ -48,7 +48,6 @@ contentOf(const std::filesystem::path& path)
   return {content.begin(), content.end()};
 }
 
-/** \brief All files that arguments name; false if there is no such file. */
 bool
 readFiles(const std::vector<std::string>& arguments, std::vector<Bytes>& inputs)
 {

@@ -141,7 +141,6 @@ requireShown(TemporalVoxelFilter& filter, VoxelFrame frame, std::uint8_t choice)
   require(keys.size() - status.hidden == frame.size() - status.held);
 }
 
-/** \brief Encodes, decodes and encodes again. */
 void
 requireRoundTrip(StreamFormat format,
                  const VoxelFrame& frame,

@@ -110,7 +110,6 @@ public:
     require(is_copy || !(is_first || is_successor || is_newer));
   }
 
-  /** \brief Delivers bytes that are a damaged frame. */
   void
   deliverDamaged(const SentFrame& sent, const Bytes& bytes, bool is_cut_off)
   {
@@ -132,7 +131,6 @@ public:
     last_ = nullptr;
   }
 
-  /** \brief Delivers the first frames of a sender that starts again. */
   void
   deliverRestart(const SentStream& stream)
   {
@@ -143,7 +141,6 @@ public:
   }
 
 private:
-  /** \brief What was decoded of one format. */
   struct History {
     const SentFrame* last = nullptr;
     bool is_known = true; // what the decoder holds is what was sent
@@ -232,7 +229,6 @@ private:
   std::array<History, 2> histories_;
 };
 
-/** \brief Where a sender is in its frames. */
 struct Position {
   const Sender* sender;
   std::size_t run = 0;

@@ -26,7 +26,6 @@ namespace pcl_ext::fuzz {
 
 using io::test::Bytes;
 
-/** \brief How a stream is written. */
 struct StreamKind {
   io::StreamFormat format;
   io::Effort effort;
@@ -110,7 +109,6 @@ struct SentFrame {
   const SentFrame* predecessor = nullptr; ///< sent before it by the same encoder
 };
 
-/** \brief The frames of one encoder. */
 struct SentStream {
   StreamKind kind{};
   std::vector<SentFrame> frames;

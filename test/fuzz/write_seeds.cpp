@@ -53,7 +53,6 @@ public:
     is_good_ = is_good_ && file.flush().good();
   }
 
-  /** \brief Path of a file in the folder of all seeds. */
   std::string
   pathOf(const std::string& name) const
   {

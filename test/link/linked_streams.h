@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Publishers and subscribers of a test, and what arrives.
- */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
@@ -41,7 +38,6 @@ settingsOf(const NatsServer& server)
   return settings;
 }
 
-/** \brief A sensor whose encoder follows requests. */
 class Sensor {
 public:
   explicit Sensor(const LinkSettings& settings,
@@ -83,7 +79,6 @@ public:
     return std::chrono::milliseconds(1000 + 10 * number);
   }
 
-  /** \brief All that were encoded. */
   const std::vector<Bytes>&
   frames() const
   {
@@ -127,7 +122,6 @@ public:
   }())
   {}
 
-  /** \brief Waits for the next frame. */
   bool
   take(std::chrono::milliseconds timeout = std::chrono::seconds(20))
   {

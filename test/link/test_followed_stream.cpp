@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Which frames continue a stream, whatever else arrives.
- */
 #include "link/followed_stream.h"
 #include "view/live_source.h"
 
@@ -17,10 +14,8 @@ using namespace pcl_ext::link;
 using pcl_ext::view::test::Bytes;
 using pcl_ext::view::test::LiveSource;
 
-/** \brief A publisher with its encoder, and a receiver. */
 class Followed {
 public:
-  /** \brief Encodes a frame. */
   Bytes
   next(bool is_i_frame = false)
   {
@@ -47,7 +42,6 @@ public:
     return arrives(number_, next(stream.needsIFrame()));
   }
 
-  /** \brief Expects that within some frames all are accepted again. */
   void
   expectRecovery(std::size_t frames)
   {
@@ -64,7 +58,6 @@ private:
   LiveSource source_{1000};
 };
 
-/** \brief Changes a bit of the last byte of a frame. */
 Bytes
 damaged(Bytes bytes)
 {

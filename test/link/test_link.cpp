@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames over a real NATS server: all that arrives can be decoded, what does not
- * is counted.
- */
 #include "link/linked_streams.h"
 #include "support/stranger.h"
 

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Who may connect: clear errors for those who may not.
- */
 #include "link/linked_streams.h"
 
 #include <cstdlib>
@@ -12,7 +9,6 @@ namespace {
 using namespace pcl_ext::link;
 using namespace pcl_ext::link::test;
 
-/** \brief Expects that a connection fails with a code and a text. */
 void
 expectRefusal(const LinkSettings& settings, LinkCode code, const std::string& text)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Names of streams in subjects, and the headers of frames.
- */
 #include "link/frame_headers.h"
 #include "link/subjects.h"
 

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What a CentralNode decodes and denoises, and which calls it refuses.
- */
 #include "support/node_tests.h"
 
 #include <functional>
@@ -14,7 +11,6 @@ using namespace pcl_ext::nodes::test;
 
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
 
-/** \brief Streams of every effort and format, by name. */
 std::map<std::string, CodedStream>
 streamsOfAllKinds()
 {
@@ -157,7 +153,6 @@ TEST_F(CentralNodeFrames, VoxelsOfAClockThatWasSetBackAreNotMerged)
   EXPECT_EQ(voxels.size(), 0u);
 }
 
-/** \brief Expects settings to be refused with a message, and every call to be safe. */
 void
 expectInvalid(const CentralNodeSettings& settings, const std::string& message)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames that a CentralNode receives late, twice, damaged or not at all: what it
- * decodes, requests, and reports in the health of its streams.
- */
 #include "support/forged_frames.h"
 #include "support/node_tests.h"
 #include "support/scan_frames.h"
@@ -294,7 +290,6 @@ protected:
 
   ~BlockedStream() override { gate.open(); }
 
-  /** \brief Sends frames 1 to 3, which wait. */
   void
   fillQueue()
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A CentralNode of which each allocation fails in turn: the failure is reported
- * and the streams go on.
- */
 #include "support/node_tests.h"
 
 #include <new>
@@ -35,7 +31,6 @@ public:
     node.addStream("blocked");
   }
 
-  /** \brief Blocks the thread; to be called once. */
   void
   hold()
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What memory a CentralNode keeps after large frames: none, some frames later.
- */
 #include "codec/frame_limits.h"
 #include "support/forged_frames.h"
 #include "support/node_tests.h"

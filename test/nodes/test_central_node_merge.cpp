@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Merging the streams of a CentralNode against sums in a map.
- */
 #include "support/node_tests.h"
 
 namespace {
@@ -11,7 +8,6 @@ using namespace pcl_ext::nodes::test;
 
 constexpr double resolution = 0.04;
 
-/** \brief The voxels that a node merges, which must be a frame about the world origin. */
 WorldVoxels
 mergedVoxels(CentralNode& node)
 {

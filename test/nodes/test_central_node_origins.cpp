@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Merging streams whose voxels are counted from different origins.
- */
 #include "support/node_tests.h"
 
 #include <cmath>
@@ -18,7 +15,6 @@ using Place = std::array<double, 3>;
 /** \brief UTM coordinates of a site, a corner of a voxel. */
 constexpr Place site{432100.25, 5812345.75, 60.5};
 
-/** \brief The latticed corner at a distance from another one. */
 Place
 moved(const Place& place, int voxels)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A CentralNode that removes outliers against VoxelOutlierRemoval called directly,
- * frame by frame.
- */
 #include "support/node_tests.h"
 
 #include <limits>
@@ -18,7 +14,6 @@ atLogOdds(float min_log_odds)
   return {PointsUnit(), min_log_odds};
 }
 
-/** \brief A frame without its outliers, of which there must be some. */
 VoxelFrame
 filtered(VoxelFrame frame, VoxelOutlierRemoval& removal)
 {
@@ -27,14 +22,12 @@ filtered(VoxelFrame frame, VoxelOutlierRemoval& removal)
   return frame;
 }
 
-/** \brief A stream of its own, and how its noise is removed. */
 struct FilteredStream {
   CodedStream coded;
   std::optional<VoxelOutlierRemovalSettings> settings;
   float min_intensity = 0.0f;
 };
 
-/** \brief Streams with all kinds of settings, by name. */
 std::map<std::string, FilteredStream>
 filteredStreams(std::size_t frames)
 {

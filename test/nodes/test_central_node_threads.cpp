@@ -32,7 +32,6 @@ manyStreams()
   return streams;
 }
 
-/** \brief Sends each stream from a thread of its own. */
 void
 sendFromThreads(CentralNode& node, const std::vector<CodedStream>& streams)
 {
@@ -57,7 +56,6 @@ settingsOfManyThreads()
   return settings;
 }
 
-/** \brief A thread that repeats a function until its destruction. */
 class Repeating {
 public:
   template <typename WorkT>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The order in which a CentralNode decodes waiting frames: streams take turns.
- */
 #include "support/node_tests.h"
 
 #include <thread>

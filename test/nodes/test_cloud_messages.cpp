@@ -21,7 +21,6 @@ using namespace pcl_ext::nodes;
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief The members that ROS's PointCloud2 has in all versions. */
 struct Message {
   struct Field {
     std::string name;

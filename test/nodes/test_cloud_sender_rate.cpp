@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A CloudSender whose max_rate changes.
- */
 #include <pcl_ext/compression/voxel_frame.h>
 #include <pcl_ext/nodes/impl/cloud_sender.h>
 
@@ -14,7 +11,6 @@ namespace cloud_sender_rate {
 
 using namespace pcl_ext::nodes::test;
 
-/** \brief A sender with a clock. */
 class Stream {
 public:
   Stream() : sender_(settingsWith(clock_)) {}

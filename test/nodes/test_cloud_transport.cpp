@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * A CloudSender and CloudReceivers: what a transport of clouds does with parameters,
- * new and lost receivers, and lost frames.
- */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/nodes/impl/cloud_messages.h>
 #include <pcl_ext/nodes/impl/cloud_receiver.h>
@@ -38,7 +34,6 @@ using Frame = std::vector<std::uint8_t>;
 
 const WorldPose identity = WorldPose::Identity();
 
-/** \brief A wall with noise. */
 template <typename PointT>
 pcl::PCLPointCloud2
 wall(std::uint64_t seed)
@@ -240,7 +235,6 @@ TEST(CloudReceiver, RemovesVoxelsBelowAThresholdIfItHasOne)
   EXPECT_EQ(voxels.size(), 100u);
 }
 
-/** \brief A camera's cloud of 60 rows and 80 columns. */
 pcl::PCLPointCloud2
 organisedWall()
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The settings that parameters of the nodes give.
- */
 #include <pcl_ext/nodes/impl/merging_centre.h>
 #include <pcl_ext/nodes/impl/node_parameters.h>
 
@@ -31,7 +28,6 @@ namespace io = pcl_ext::io;
 
 using List = std::vector<double>;
 
-/** \brief The settings that values give, which must be allowed. */
 SensorNodeSettings
 settingsOf(const ParameterValues& values, bool has_intensities = false)
 {
@@ -40,7 +36,6 @@ settingsOf(const ParameterValues& values, bool has_intensities = false)
   return settings;
 }
 
-/** \brief Values of all settings of the codec, by their ids. */
 ParameterValues
 codecValues(const io::EncoderSettings& settings)
 {
@@ -50,7 +45,6 @@ codecValues(const io::EncoderSettings& settings)
   return values;
 }
 
-/** \brief An allowed value that is not the default. */
 ParameterValue
 otherValue(const ParameterDescription& parameter)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Memory that runs out at any allocation of what encodes and decodes streams:
- * nothing is thrown, a status says so, and nothing wrong follows.
- */
 #include "support/failing_clouds.h"
 
 #include <gtest/gtest.h>
@@ -104,7 +100,6 @@ INSTANTIATE_TEST_SUITE_P(Of,
                          testing::ValuesIn(senders()),
                          [](const auto& operation) { return operation.param.name; });
 
-/** \brief A stream that is received. */
 class FailingMemoryOfReceivers : public FailingMemory {
 protected:
   FailingMemoryOfReceivers() : bytes_(GetParam().inputs)
@@ -122,7 +117,6 @@ protected:
     return std::make_unique<FrameReceiver>();
   }
 
-  /** \brief Whether a frame is decoded; it is right then. */
   bool
   receive(Receiver& receiver, std::size_t frame) const
   {
@@ -134,7 +128,6 @@ protected:
     return true;
   }
 
-  /** \brief The same while the n-th allocation fails. */
   bool
   receiveWithFailure(Receiver& receiver,
                      std::size_t frame,

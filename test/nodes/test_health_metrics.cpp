@@ -13,7 +13,6 @@ using namespace pcl_ext::nodes;
 using namespace std::chrono_literals;
 using pcl_ext::MetricsText;
 
-/** \brief The samples of a family, without the name of the family. */
 std::string
 samplesOf(const std::string& text, const std::string& family)
 {

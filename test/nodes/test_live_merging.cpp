@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Merged frames of streams that change, end and begin again are those of the
- * voxels that the streams have, whatever was merged before.
- */
 #include "support/node_tests.h"
 
 #include <cmath>
@@ -16,7 +12,6 @@ using pcl_ext::io::VoxelColour;
 constexpr double resolution = 0.04;
 constexpr float half_step = 0.5f;
 
-/** \brief What is merged in a voxel. */
 struct Sum {
   double intensity = 0.0;
   std::array<unsigned int, 3> channels{};
@@ -37,7 +32,6 @@ struct Sum {
 
 using Sums = std::map<std::array<std::int64_t, 3>, Sum>;
 
-/** \brief A stream of which a part changes from frame to frame. */
 class ChangingStream {
 public:
   ChangingStream(std::uint64_t seed, double edge, unsigned int colour_bits)

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Which frames are merged with each other where clocks differ, are set back or
- * repeat themselves.
- */
 #include <pcl_ext/nodes/impl/merge_schedule.h>
 
 #include "support/schedule_run.h"

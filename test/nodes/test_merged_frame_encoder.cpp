@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A centre of centres has what one centre with all streams has.
- */
 #include "nodes/merged_frame_encoder.h"
 #include "support/node_tests.h"
 
@@ -36,7 +33,6 @@ someVoxels(std::mt19937_64& random, const IntensityScale& scale)
   return frame;
 }
 
-/** \brief A scale of 8 bits from an intensity on. */
 IntensityScale
 scaleOf(float offset, float step)
 {

@@ -43,7 +43,6 @@ public:
     return bytes;
   }
 
-  /** \brief Number of frames of changes. */
   std::size_t
   changes() const
   {
@@ -95,7 +94,6 @@ public:
     expectSameStream(node, expected);
   }
 
-  /** \brief Number of frames that were encoded without all of their voxels. */
   std::size_t
   encodedByChanges() const
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Points get the layout of the messages that a stream was made of.
- */
 #include <pcl_ext/nodes/impl/message_layouts.h>
 
 #include <pcl/PCLPointCloud2.h>
@@ -21,10 +18,8 @@ using namespace pcl_ext::nodes;
 using pcl_ext::io::isLayout;
 using pcl_ext::io::MessageLayout;
 using Field = pcl::PCLPointField;
-/** \brief Name, offset, datatype, count. */
 using Place = std::tuple<std::string, std::uint32_t, std::uint8_t, std::uint32_t>;
 
-/** \brief A cloud of a row without gaps. */
 pcl::PCLPointCloud2
 cloudOf(const std::vector<Place>& fields, std::uint32_t point_step, std::uint32_t width)
 {
@@ -50,7 +45,6 @@ placesOf(const pcl::PCLPointCloud2& cloud)
   return places;
 }
 
-/** \brief The places of a layout. */
 std::vector<Place>
 placesOf(const MessageLayout& layout)
 {

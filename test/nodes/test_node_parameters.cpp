@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The parameters that the nodes of all ROS versions share: what they allow, and
- * what they say where a value is not allowed.
- */
 #include <pcl_ext/nodes/impl/node_parameters.h>
 
 #include "nodes/codec_parameters.h"
@@ -70,7 +66,6 @@ expectRefused(const ParameterDescription& parameter, const ParameterValue& value
                 allowedValues(parameter));
 }
 
-/** \brief The table of parameters as documents have it. */
 std::string
 tableOf(const std::vector<ParameterDescription>& parameters)
 {

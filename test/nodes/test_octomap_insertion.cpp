@@ -31,7 +31,6 @@ using pcl_ext::nodes::insertVoxels;
 
 constexpr double frame_resolution = 0.04; // of the frames
 
-/** \brief Log-odds of the node at a place; none if it is unknown. */
 std::optional<float>
 logOddsAt(const OcTree& map, const point3d& place)
 {
@@ -39,7 +38,6 @@ logOddsAt(const OcTree& map, const point3d& place)
   return node == nullptr ? std::nullopt : std::make_optional(node->getLogOdds());
 }
 
-/** \brief A map whose nodes take many hits before they are clamped. */
 OcTree
 wideMap(double edge)
 {
@@ -106,7 +104,6 @@ rowFrom(std::uint32_t x, const std::vector<std::uint16_t>& intensities)
   return frame;
 }
 
-/** \brief Centre of a voxel of that row. */
 point3d
 onRow(std::uint32_t x)
 {
@@ -115,7 +112,6 @@ onRow(std::uint32_t x)
           static_cast<float>(3.5 * frame_resolution)};
 }
 
-/** \brief Expects the log-odds of voxels of that row that follow each other. */
 void
 expectRow(const OcTree& map,
           std::uint32_t x,

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What a SensorNode does without a transform, with broken clouds and with wrong
- * settings.
- */
 #include "support/message_layouts.h"
 #include "support/naive_preprocessing.h"
 #include "support/node_tests.h"
@@ -17,7 +13,6 @@ using namespace pcl_ext::nodes::test;
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/** \brief Counts of points in the voxels of a cloud. */
 WorldVoxels
 naiveCounts(const Cloud& seen, const WorldPose& pose)
 {
@@ -28,14 +23,12 @@ naiveCounts(const Cloud& seen, const WorldPose& pose)
   return counts;
 }
 
-/** \brief A node and the receiver of its stream. */
 class Link {
 public:
   explicit Link(const SensorNodeSettings& settings = settingsOf(IntensityLaw::Count))
   : node(settings)
   {}
 
-  /** \brief Sends a cloud that must become a frame. */
   void
   expectSent(const Cloud& seen,
              const std::optional<WorldPose>& pose,
@@ -142,7 +135,6 @@ TEST(SensorNodeClouds, ABrokenOneIsRefusedAndTheStreamGoesOn)
                   poseOf(2));
 }
 
-/** \brief Expects settings to be refused with a message, by every call. */
 void
 expectInvalid(const SensorNodeSettings& settings, const std::string& message)
 {
@@ -158,7 +150,6 @@ expectInvalid(const SensorNodeSettings& settings, const std::string& message)
   EXPECT_EQ(node.statistics().rates.frames_per_second, 0.0);
 }
 
-/** \brief A change of valid settings, and the message that refuses them. */
 struct InvalidSettings {
   std::function<void(SensorNodeSettings&)> change;
   std::string message;

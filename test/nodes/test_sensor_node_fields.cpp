@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A SensorNode keeps fields of any PointCloud2.
- */
 #include "support/message_layouts.h"
 #include "support/node_tests.h"
 

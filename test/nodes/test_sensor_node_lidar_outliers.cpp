@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Outliers that a SensorNode removes from clouds of a lidar, whose points are
- * judged before they are voxels, and from those of other sensors.
- */
 #include <pcl_ext/filters/cloud_outlier_removal.h>
 
 #include "support/lidar_room.h"

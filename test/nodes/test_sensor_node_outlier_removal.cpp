@@ -21,7 +21,6 @@ outlierSettingsOf(IntensityLaw law)
   return settings;
 }
 
-/** \brief The first camera of the robot cell. */
 class CellCamera {
 public:
   WorldPose

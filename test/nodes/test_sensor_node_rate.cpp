@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A SensorNode under rate control: its stream stays decodable, and its coarse
- * voxels are made of the fine ones.
- */
 #include "support/checked_link.h"
 #include "support/node_tests.h"
 
@@ -44,7 +40,6 @@ wall(unsigned int seed, std::size_t size = 2000, double step = 0.0)
   return messageOf(cloud);
 }
 
-/** \brief A node with a clock, its receiver, and the link between them. */
 class RatedNode {
 public:
   explicit RatedNode(SensorNodeSettings settings)
@@ -52,7 +47,6 @@ public:
   , node(withClock(settings, clock_))
   {}
 
-  /** \brief Encodes a cloud 100 ms after the last one, and decodes the frame. */
   SensorNodeStatus
   send(const pcl::PCLPointCloud2& cloud)
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The figures of a SensorNode.
- */
 #include "support/node_tests.h"
 
 namespace {

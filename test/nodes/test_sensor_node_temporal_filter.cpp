@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A SensorNode with the setting temporal_filter.
- */
 #include <pcl_ext/filters/sensor_preprocessor.h>
 #include <pcl_ext/filters/temporal_voxel_filter.h>
 
@@ -36,7 +33,6 @@ settings(unsigned int temporal_filter)
   return settings;
 }
 
-/** \brief Shows a filter the points of a cloud. */
 void
 seeBeyondTheCrop(const pcl::PointCloud<pcl::PointXYZ>& cloud,
                  const WorldPose& pose,

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * The threads of a SensorNode change neither its bytes nor its statistics.
- */
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "support/voxel_frames.h"

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A SensorNode sends the same bytes with the vectors of any machine.
- */
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "simd/vector_choice.h"

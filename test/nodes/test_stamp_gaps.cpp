@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds that are lost before they arrive, by the stamps of the others.
- */
 #include <pcl_ext/nodes/impl/cloud_sender.h>
 
 #include "nodes/stamp_gaps.h"
@@ -19,7 +16,6 @@ namespace {
 using namespace std::chrono_literals;
 using namespace pcl_ext::nodes;
 
-/** \brief A sensor at 20 Hz, of whose clouds some are lost. */
 class Sensor {
 public:
   /** \param[in] loss share of the clouds that are lost
@@ -27,7 +23,6 @@ public:
    */
   Sensor(double loss, double jitter) : loss_(loss), jitter_(jitter) {}
 
-  /** \brief Sends clouds, of which the first and the last arrive. */
   void
   send(std::size_t clouds, Time period = 50ms)
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Sums of voxels are those of a map, by any number of threads and however updates
- * are divided among blocks.
- */
 #include "nodes/summed_voxels.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Octrees with intensities are encoded and filled: encodeOctree(), addVoxels() and
- * getNewVoxelCenters().
- */
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/octree/impl/octree_pointcloud_intensity.hpp>
 
@@ -71,7 +67,6 @@ fill(TreeT& tree, const typename pcl::PointCloud<PointT>::Ptr& cloud)
   tree.addPointsFromInputCloud();
 }
 
-/** \brief A point at the centre of each leaf with its intensity. */
 template <typename TreeT>
 pcl::PointCloud<pcl::PointXYZI>::Ptr
 centresOf(TreeT& tree)

@@ -30,7 +30,6 @@ using pcl_ext::test::naiveVoxels;
 using pcl_ext::test::VoxelIndex;
 using pcl_ext::test::voxelOf;
 
-/** \brief Point type and octree base of a typed test. */
 template <typename Point, template <typename, typename> class BaseT>
 struct OctreeKind {
   using PointT = Point;

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Outliers of decoded clouds against those of frames that another decoder
- * decoded.
- */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -158,7 +154,6 @@ countSettings()
   return {PointsUnit()};
 }
 
-/** \brief A cloud that was decoded, and the decoder with its frame. */
 struct DecodedCloud {
   using Compression = io::OctreePointCloudIntensityCompression<pcl::PointXYZI>;
 

@@ -44,7 +44,6 @@ TEST(DensityBlocks, FullSurroundingsDoNotOverflow)
   }
 }
 
-/** \brief Density of a cell of one voxel. */
 int
 densityOf(const VoxelDensities& densities,
           unsigned int symbol,

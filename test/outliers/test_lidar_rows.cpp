@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Rows and columns that PointOutlierRemoval finds: clouds of the same points are
- * judged the same, however they say what their rows are, and clouds without rows are not.
- */
 #include <pcl_ext/filters/point_outlier_removal.h>
 
 #include "support/lidar_room.h"
@@ -30,7 +26,6 @@ using test::LidarScan;
 
 constexpr float not_judged = std::numeric_limits<float>::infinity();
 
-/** \brief Log-odds of a cloud by a new filter. */
 std::vector<float>
 judged(const io::PointView& points)
 {
@@ -86,7 +81,6 @@ public:
     return coordinates_;
   }
 
-  /** \brief Adds the field ring. */
   template <typename NumberT>
   void
   setRings(const std::vector<int>& rings, FieldType type)

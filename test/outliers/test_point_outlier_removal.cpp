@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief PointOutlierRemoval in snow: what is removed and what stays, its history, its
- * settings, and memory that runs out.
- */
 #include <pcl_ext/filters/point_outlier_removal.h>
 
 #include "support/lidar_room.h"
@@ -50,7 +46,6 @@ judgedAlone(const LidarScan& scan)
   return judgedBy(removal, scan);
 }
 
-/** \brief Share of the points of a kind that are removed. */
 std::map<Hit, double>
 removedShares(const LidarScan& scan, const std::vector<float>& log_odds)
 {

@@ -22,7 +22,6 @@ namespace {
 using namespace pcl_ext;
 using Vector = std::array<double, 3>;
 
-/** \brief Where a lidar is in the world, and its steps. */
 struct Lidar {
   Vector position{};
   Vector up = {0.0, 0.0, 1.0};
@@ -38,7 +37,6 @@ dot(const Vector& a, const Vector& b)
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/** \brief Width of the coarse voxels, voxels. */
 std::int64_t
 coarseWidth(double edge)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Intensities and colours that TemporalVoxelFilter shows; what it remembers, and
- * when it forgets it.
- */
 #include "support/temporal_scenes.h"
 
 #include <gtest/gtest.h>

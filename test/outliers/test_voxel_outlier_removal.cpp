@@ -157,7 +157,6 @@ TEST(VoxelOutlierRemoval, LogOddsDependOnTheVoxelEdge)
     }
 }
 
-/** \brief Where a sensor is, and its law. */
 struct Sensor {
   std::array<double, 3> origin;
   std::array<double, 3> axis;

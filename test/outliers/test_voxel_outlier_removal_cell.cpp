@@ -15,7 +15,6 @@ namespace {
 using namespace pcl_ext;
 using noise::VoxelTruth;
 
-/** \brief Shares of the robot cell's voxels that stay, by VoxelTruth. */
 std::array<double, 4>
 keptOf(noise::Law law, double resolution, float min_log_odds)
 {

@@ -18,7 +18,6 @@ using namespace pcl_ext;
 using pcl_ext::test::infinity;
 using pcl_ext::test::not_a_number;
 
-/** \brief Settings that are refused, and why. */
 std::vector<std::pair<VoxelOutlierRemovalSettings, std::string>>
 refusedSettings()
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief VoxelOutlierRemoval on fine voxels, without intensities, and on lidars.
- */
 #include "support/outlier_frames.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +41,6 @@ frameAt(double edge, const Voxels& voxels, const io::VoxelGrid& grid)
   return frame;
 }
 
-/** \brief Expects the scores of cells for each of their voxels. */
 void
 expectThoseOfCells(const Scores& scores, const Scores& cells)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What rosbag2 compresses, by file or by message, is read as if it were not.
- */
 #include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "support/database_bags.h"

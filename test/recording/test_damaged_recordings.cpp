@@ -48,7 +48,6 @@ endOf(const Bytes& part, const Bytes& file)
   return static_cast<std::size_t>(at - file.begin()) + part.size();
 }
 
-/** \brief A kind of recording. */
 struct Container {
   const char* name; ///< of the recording
   const char* file; ///< that is damaged
@@ -59,7 +58,6 @@ struct Container {
 
 class DamagedRecording : public ::testing::TestWithParam<Container> {
 protected:
-  /** \brief Records streams of this many frames each. */
   void
   recordStreams(std::size_t frames, unsigned int i_frame_rate)
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Bags of the storage sqlite3: what is in them is read, whatever is left of it,
- * and they stay as they are.
- */
 #include "recording/bag_reader.h"
 #include "recording/point_cloud_messages.h"
 #include "support/database_bags.h"

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * Files that were made to take long or much memory, and calls that are wrong.
- */
 #include "recording/bag_reader.h"
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"

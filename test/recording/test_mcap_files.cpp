@@ -116,7 +116,6 @@ private:
   rlimit before_;
 };
 
-/** \brief Times of the messages of a file. */
 std::vector<std::int64_t>
 timesOf(const BagReader& reader)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Recordings of clouds whose points keep the order of their sensor.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_description.h>
 
@@ -38,7 +35,6 @@ organisedWall()
   return coordinates;
 }
 
-/** \brief Encodes organisedWall() as the next frame. */
 io::test::Bytes
 encodedWall(io::CloudEncoder& encoder, bool is_organised)
 {

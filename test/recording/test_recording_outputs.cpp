@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * Files and folders while they are written, and when that fails.
- */
-
 #include <pcl_ext/recording/recording_writer.h>
 
 #include "recording/bag_reader.h"

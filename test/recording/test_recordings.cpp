@@ -37,10 +37,8 @@ expectAllFrames(const std::string& path, const std::vector<KnownStream>& streams
   EXPECT_FALSE(read.is_unfinished);
 }
 
-/** \brief Recordings in a folder. */
 class Recordings : public ::testing::Test {
 protected:
-  /** \brief Records streams, and opens that. */
   void
   open(const std::vector<KnownStream>& streams)
   {

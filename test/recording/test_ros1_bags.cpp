@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Bags of ROS 1: what is in them is read, whatever is left of them.
- */
 #include "recording/bag_contents.h"
 #include "recording/bag_reader.h"
 #include "support/recorded_streams.h"
@@ -91,7 +88,6 @@ compressions()
 #endif
 }
 
-/** \brief Opens bytes as a file. */
 RecordingStatus
 open(BagReader& reader, const TestFolder& folder, const Bytes& bytes)
 {

@@ -51,7 +51,6 @@ sameFrame(const FrameT& one, const FrameT& other)
   return sameBytes(one, other) && one.pose.matrix() == other.pose.matrix();
 }
 
-/** \brief Distance of a point from a solid's surface, metres. */
 double
 distanceFrom(const Solid& solid, const Vector3d& point)
 {
@@ -70,7 +69,6 @@ distanceFrom(const Solid& solid, const Vector3d& point)
   return std::abs((point - capsule.from - share * axis).norm() - capsule.radius);
 }
 
-/** \brief Everything in the cell at a time. */
 Solids
 allSolids(double time)
 {

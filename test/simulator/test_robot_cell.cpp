@@ -35,7 +35,6 @@ pixelAt(std::size_t column, std::size_t row)
   return row * RayGrid::columns + column;
 }
 
-/** \brief Cropped points and occupied voxels of a frame. */
 struct Workload {
   double points = 0.0;
   double voxels_4cm = 0.0;

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What a stream of frames of about the same size takes from the heap once it
- * runs: nothing.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/voxel_frame.h>
 

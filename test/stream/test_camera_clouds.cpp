@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds of cameras without their missing points are coded as the images that they
- * come from.
- */
 #include <pcl_ext/compression/frame_description.h>
 
 #include "support/organised_clouds.h"
@@ -26,7 +22,6 @@ using namespace pcl_ext;
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief The points that are there, row by row. */
 OrganisedCloud
 withoutMissing(const OrganisedCloud& cloud)
 {
@@ -40,7 +35,6 @@ withoutMissing(const OrganisedCloud& cloud)
   return list;
 }
 
-/** \brief The points in another order. */
 OrganisedCloud
 shuffled(OrganisedCloud cloud)
 {
@@ -53,7 +47,6 @@ shuffled(OrganisedCloud cloud)
   return cloud;
 }
 
-/** \brief A stream of clouds without rows and columns. */
 class CameraStream {
 public:
   explicit CameraStream(const EncoderSettings& settings)

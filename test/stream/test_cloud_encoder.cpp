@@ -20,7 +20,6 @@ using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
 using pcl_ext::io::test::viewOf;
 
-/** \brief The voxels of one point, with a law of the depth. */
 VoxelFrame
 voxelizeOnePoint(StreamFormat format)
 {
@@ -282,7 +281,6 @@ TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
   EXPECT_LT(2 * scheduled.bytes, alone.bytes);
 }
 
-/** \brief A cloud whose points cannot be read. */
 template <typename ExceptionT>
 class FailingBatches : public PointBatches {
 public:
@@ -320,7 +318,6 @@ private:
   ExceptionT failure_;
 };
 
-/** \brief A source of one cloud in batches. */
 class BatchSource : public CloudSource {
 public:
   explicit BatchSource(PointBatches& batches) : batches_(batches) {}

@@ -46,7 +46,6 @@ expectAccepted(const Settings& settings)
   EXPECT_TRUE(status.message().empty()) << status.message();
 }
 
-/** \brief Expects a refusal whose message names something. */
 void
 expectRefused(const std::string& name, const Settings& settings)
 {
@@ -124,7 +123,6 @@ TEST(CompressionSettings, DefaultsAreTheDocumentedOnesAndValid)
   EXPECT_TRUE(checkSettings(publishedSettings()).ok());
 }
 
-/** \brief Settings of which one has a number. */
 Settings
 withNumber(const EncoderSetting& setting, double number)
 {

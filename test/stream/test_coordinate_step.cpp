@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds whose coordinates are multiples of a step, as whole millimetres.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "support/point_views.h"
@@ -55,7 +52,6 @@ protected:
     points_.pop_back();
   }
 
-  /** \brief The centres of the voxels. */
   const VoxelFrame&
   frame() const
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A frame that is known by how it differs from the last one has the bytes of all of
- * its voxels.
- */
 #include <pcl_ext/compression/voxel_changes.h>
 
 #include "stream/frame_encoder.h"
@@ -24,7 +20,6 @@ using namespace pcl_ext::io::test;
 
 using Bytes = std::vector<std::uint8_t>;
 
-/** \brief Of some effort and bits of intensities. */
 class EncodingChanges
 : public ::testing::TestWithParam<std::tuple<Effort, unsigned int>> {
 protected:

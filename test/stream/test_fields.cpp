@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Fields of points and of voxels: from points to frames and back.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>
@@ -34,7 +31,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 
-/** \brief A point of a spinning lidar. */
 struct LidarPoint {
   float x, y, z;
   std::uint16_t ring;
@@ -116,7 +112,6 @@ voxelsOf(const VoxelFrame& frame)
   return voxels;
 }
 
-/** \brief Encodes and decodes the clouds of a stream. */
 class Fields : public ::testing::TestWithParam<Effort> {
 protected:
   Fields()
@@ -136,7 +131,6 @@ protected:
                        : status;
   }
 
-  /** \brief A field of the decoded frame. */
   const FrameField&
   field(const std::string& name) const
   {

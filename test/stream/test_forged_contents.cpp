@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames with valid checksums whose header has another content than the payload,
- * or impossible counts of it.
- */
 #include "support/forged_frames.h"
 #include "support/scan_frames.h"
 #include "support/supplement_frames.h"

@@ -25,7 +25,6 @@ constexpr std::uint64_t highest_number = std::numeric_limits<std::uint64_t>::max
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/** \brief Expects a refusal, without an allocation beyond a bound. */
 void
 expectRefused(const Bytes& bytes,
               std::size_t max_allocation,

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Warnings of CloudEncoder: what of a cloud is not in its frame, with its
- * number.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "stream/frame_warnings.h"
@@ -25,10 +21,8 @@ using pcl_ext::IntensityUnit;
 using pcl_ext::io::test::viewOf;
 using pcl_ext::test::not_a_number;
 
-/** \brief Points with an intensity: x, y, z, i. */
 using Points = std::vector<std::array<float, 4>>;
 
-/** \brief The status of the first frame of a stream, which is Ok. */
 CompressionStatus
 encode(const IntensityCompressionSettings& settings,
        IntensityUnit unit,

@@ -24,7 +24,6 @@ using namespace pcl_ext::io::test;
 
 constexpr unsigned int few_changes = 40; // of a frame
 
-/** \brief What a stream has besides voxels. */
 struct Kind {
   std::string name;
   unsigned int bits;

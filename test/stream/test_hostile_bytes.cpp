@@ -47,7 +47,6 @@ enum class HostileContent {
   FramesOfChanges
 };
 
-/** \brief Which frames are replaced. */
 struct HostileKind {
   std::string name;
   StreamFormat format;
@@ -229,7 +228,6 @@ protected:
     return takeApart(genuine());
   }
 
-  /** \brief A frame with a valid checksum. */
   Bytes
   withValidChecksum(const Parts& parts) const
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The time and memory that forged bytes and huge frames take: linear time, and
- * memory that is released.
- */
 #include "support/forged_frames.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -24,7 +20,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using pcl_ext::test::MemoryUse;
 
-/** \brief A buffer that counts the bytes that are read of it. */
 class CountingBuffer : public std::stringbuf {
 public:
   explicit CountingBuffer(const Bytes& bytes)
@@ -50,7 +45,6 @@ private:
   std::size_t bytes_read_ = 0;
 };
 
-/** \brief The payload size in a forged frame header. */
 enum class Claim { AllThatFollows, HalfOfIt, Little };
 
 /** \brief Frame headers, one after the other, whose payload would be what follows. */

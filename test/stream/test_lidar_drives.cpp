@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds with a field `ring` of lidars that move, that are far from the origin of
- * their coordinates, or of which few rows or points are there.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Memory of many streams, and of frames of few bytes and many voxels or blocks.
- */
 #include <pcl_ext/compression/decoder_limits.h>
 #include <pcl_ext/compression/frame_decoder.h>
 

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Streams whose clouds are of another kind from frame to frame: each frame decodes,
- * and none has lost points, whatever came before.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 
@@ -119,7 +115,6 @@ viewOf(const Cloud& cloud)
   return view;
 }
 
-/** \brief Seeds, and whether the order of the points is kept. */
 class MixedClouds : public ::testing::TestWithParam<std::tuple<std::uint64_t, bool>> {};
 
 TEST_P(MixedClouds, DecodeAndLoseNoPoints)

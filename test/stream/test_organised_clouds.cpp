@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Organised clouds of cameras and of spinning lidars, and clouds that have an
- * order but no rays.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Which organised clouds are coded as scans and which as voxels, and when with
- * other rays or as I-frames.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 

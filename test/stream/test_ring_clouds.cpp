@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds without rows and columns whose points have a field `ring`.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 #include <pcl_ext/compression/frame_decoder.h>
 
@@ -28,7 +25,6 @@ using namespace pcl_ext;
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief Points of a lidar, in any order, and their rings. */
 struct RingCloud {
   std::vector<std::array<float, 3>> points;
   std::vector<std::int16_t> rings;

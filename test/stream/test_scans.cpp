@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames of points in the order of their sensor.
- */
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/frame_description.h>
 #include <pcl_ext/filters/voxel_outlier_removal.h>

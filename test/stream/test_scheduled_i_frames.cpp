@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief When an I-frame is due: by the number of frames, and by the times of clouds;
- * when an encoder of version 1 sends one although none is due.
- */
 #include <pcl_ext/compression/cloud_encoder.h>
 
 #include "codec/payload_coder.h"
@@ -200,7 +196,6 @@ sharing(std::mt19937_64& random,
   return frame;
 }
 
-/** \brief Whether the second of two frames is an I-frame. */
 bool
 isSecondAnIFrame(const VoxelFrame& first, const VoxelFrame& second, Effort effort)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames that arrive in pieces: their size, and streams that wait for the rest;
- * stream buffers that cannot seek, fail or throw; any bytes come to their end.
- */
 #include "support/golden_streams.h"
 #include "support/test_memory.h"
 #include "support/voxel_frames.h"
@@ -228,7 +224,6 @@ TEST(ForeignBytes, AreNamedWithWhatReadsThem)
   }
 }
 
-/** \brief An I-frame and a P-frame. */
 EncodedFrames
 shortStream(StreamFormat format)
 {

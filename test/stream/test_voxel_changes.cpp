@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Changes that a decoder tells: added up they are the frames that another decoder
- * decodes as a whole.
- */
 #include <pcl_ext/compression/decoder_limits.h>
 #include <pcl_ext/compression/frame_decoder.h>
 #include <pcl_ext/compression/voxel_changes.h>
@@ -132,7 +128,6 @@ private:
   Voxels voxels_;
 };
 
-/** \brief A decoder of changes beside one of whole frames, with the same bytes. */
 class BothDecoders {
 public:
   explicit BothDecoders(const DecoderLimits& limits = DecoderLimits())
@@ -208,7 +203,6 @@ private:
   std::size_t calls_ = 0;
 };
 
-/** \brief What a stream has besides voxels. */
 struct Content {
   std::string name;
   unsigned int bits = 8;

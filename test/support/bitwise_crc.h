@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief CRC-32 a bit at a time, as its definition has it.
- */
 #pragma once
 
 #include <pcl_ext/version.h>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames of the robot cell and their comparison, for the simulator's tests.
- */
 #pragma once
 
 #include "simulator/robot_cell.h"

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Coded streams, listeners that record frames or block, and fixtures for the
- * tests of CentralNode.
- */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
@@ -34,7 +30,6 @@ using io::VoxelFrame;
 using io::test::Bytes;
 using pcl_ext::test::expectCode;
 
-/** \brief The first frame of a stream. */
 inline Bytes
 coded(const VoxelFrame& frame)
 {
@@ -108,7 +103,6 @@ stampedStream(std::size_t frames, std::uint64_t first_stamp)
   return CodedStream(settings);
 }
 
-/** \brief A frame as it was given to the listener. */
 struct RecordedFrame {
   Time stamp;
   CompressionCode code;
@@ -133,7 +127,6 @@ public:
     };
   }
 
-  /** \brief Frames of a stream until now. */
   std::vector<RecordedFrame>
   frames(const std::string& stream) const
   {
@@ -166,7 +159,6 @@ private:
   std::map<std::string, std::vector<RecordedFrame>> frames_;
 };
 
-/** \brief Blocks threads until it is opened. */
 class Gate {
 public:
   void
@@ -241,7 +233,6 @@ sendAndWait(CentralNode& node,
   node.waitUntilDecoded();
 }
 
-/** \brief The voxels of a stream's last frame. */
 inline VoxelFrame
 latestVoxels(const CentralNode& node, const std::string& stream = "a")
 {
@@ -250,7 +241,6 @@ latestVoxels(const CentralNode& node, const std::string& stream = "a")
   return voxels;
 }
 
-/** \brief The health of the only stream. */
 inline StreamHealth
 onlyHealth(const CentralNode& node)
 {

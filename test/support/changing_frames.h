@@ -41,7 +41,6 @@ public:
         voxels_[mortonKey({x, y, 40 + x / 9})] = symbol();
   }
 
-  /** \brief The next frame. */
   const VoxelFrame&
   next(unsigned int changes)
   {

@@ -32,7 +32,6 @@ public:
     rate_ = bits_per_second;
   }
 
-  /** \brief Lets the link send what waits. */
   void
   advance(Nanoseconds elapsed)
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Random clouds, a simple voxelizer, and round trips through the compression
- * class.
- */
 #pragma once
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -27,13 +23,11 @@
 
 namespace pcl_ext::test {
 
-/** \brief Voxel edge of most tests, metres. */
 inline constexpr double usual_resolution = 0.04;
 
 /** \brief Lattice index of a voxel: it covers [i d_v, (i + 1) d_v) on each axis. */
 using VoxelIndex = std::array<std::int64_t, 3>;
 
-/** \brief What fell into a voxel. */
 struct NaiveVoxel {
   double sum = 0.0;
   std::size_t count = 0;
@@ -83,7 +77,6 @@ naiveVoxels(const pcl::PointCloud<PointT>& cloud,
   return voxels;
 }
 
-/** \brief The same with the points' own intensity, or 1. */
 template <typename PointT>
 NaiveVoxels
 naiveVoxels(const pcl::PointCloud<PointT>& cloud, double resolution)
@@ -169,7 +162,6 @@ expectIntensities(const pcl::PointCloud<PointT>& decoded,
   EXPECT_LE(worst, tolerance) << "the worst point is " << worst_point;
 }
 
-/** \brief Default settings except for the voxel edge. */
 inline io::IntensityCompressionSettings
 settingsWith(double resolution)
 {
@@ -194,7 +186,6 @@ roundTrip(EncoderT&& encoder,
   return decoded;
 }
 
-/** \brief The same with a new decoder. */
 template <typename CompressionT>
 typename CompressionT::PointCloudPtr
 roundTrip(CompressionT& encoder, const typename CompressionT::PointCloudConstPtr& cloud)
@@ -212,7 +203,6 @@ roundTrip(double resolution, const typename pcl::PointCloud<PointT>::ConstPtr& c
   return roundTrip(encoder, cloud);
 }
 
-/** \brief The bytes of one frame. */
 template <typename CompressionT>
 std::string
 encodeFrame(CompressionT& encoder,

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Bags of rosbag2's storage sqlite3, and what rosbag2 compresses, for tests.
- */
 #pragma once
 
 #include "recording/mcap_content.h"
@@ -105,7 +102,6 @@ private:
   sqlite3* database_ = nullptr;
 };
 
-/** \brief Bytes as zstd compresses them. */
 inline Bytes
 compressed(const Bytes& bytes)
 {

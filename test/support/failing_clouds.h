@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief All that encodes clouds, so that its memory can fail, and the table of what is
- * tried.
- */
 #pragma once
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
@@ -212,7 +208,6 @@ sendersOf(InputsT inputs, const SettingsT&... settings)
   return [all, settings...] { return std::make_unique<SenderT>(settings..., *all); };
 }
 
-/** \brief What is tried. */
 struct Operation {
   std::string name;
   std::function<MakeSender()> senders; ///< makes the inputs

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What encodes and decodes frames, so that its memory can fail.
- */
 #pragma once
 
 #include <pcl_ext/filters/temporal_voxel_filter.h>
@@ -31,7 +28,6 @@ using Frames = std::vector<VoxelFrame>;
 // Too long for a string's own memory.
 inline const std::string long_name = "a frame whose name has a length";
 
-/** \brief What a receiver shows of a frame. */
 struct Shown {
   bool is_i_frame = false;
   WorldVoxels voxels;
@@ -47,7 +43,6 @@ expectSame(const Shown& shown, const Shown& expected)
   EXPECT_EQ(shown.frame_id, expected.frame_id);
 }
 
-/** \brief Encodes inputs. */
 class Sender {
 public:
   virtual ~Sender() = default;
@@ -57,7 +52,6 @@ public:
   send(std::size_t input, Bytes& bytes) = 0;
 };
 
-/** \brief Decodes frames. */
 class Receiver {
 public:
   virtual ~Receiver() = default;

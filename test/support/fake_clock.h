@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A clock that stands still, for tests of figures that depend on the time.
- */
 #pragma once
 
 #include <pcl_ext/nodes/stream_health.h>

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Takes frames of version 1 apart, and puts changed ones together with a valid
- * checksum.
- */
 #pragma once
 
 #include "bytes/byte_source.h"
@@ -20,7 +16,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io::test {
 
-/** \brief A frame of version 1. */
 struct Parts {
   Version1Header header;
   Bytes payload;

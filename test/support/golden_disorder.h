@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A golden stream as it comes over a bad line.
- */
 #pragma once
 
 #include "support/golden_stream.h"

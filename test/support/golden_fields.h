@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Golden streams of fields of points.
- */
 #pragma once
 
 #include "support/golden_stream.h"

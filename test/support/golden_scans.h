@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Golden streams of points in the order of their sensor.
- */
 #pragma once
 
 #include "codec/scan/scan_points.h"

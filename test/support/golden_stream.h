@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What a golden stream is: frames, how they are sent, and the checksum of each.
- */
 #pragma once
 
 #include "codec/scan/scan_frame.h"
@@ -26,7 +23,6 @@ struct GoldenFrame {
   std::optional<scan::ScanFrame> scan = std::nullopt; ///< coded in place of voxels
 };
 
-/** \brief A frame on its way to the decoder. */
 struct Sending {
   enum class Damage { None, InvertedBit, CutOff };
 
@@ -180,7 +176,6 @@ lineOf(const GoldenFrame& frame)
   return line.str();
 }
 
-/** \brief The bytes of a golden stream. */
 struct SentStream {
   Bytes bytes;
   std::vector<std::size_t> decoded; ///< indices of frames, as they are decoded

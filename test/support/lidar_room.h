@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A small room that a lidar turns in, with snow: for the tests of outliers told by
- * rays.
- */
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
@@ -17,7 +13,6 @@
 
 namespace pcl_ext::test {
 
-/** \brief What a ray met. */
 enum class Hit : std::uint8_t { None, Wall, Snow, Pole, Person };
 
 /** \brief An image of a lidar, from the lowest row up. */
@@ -34,7 +29,6 @@ struct LidarScan {
     return ranges.size();
   }
 
-  /** \brief The points as an organised cloud. */
   io::PointView
   view() const
   {
@@ -46,7 +40,6 @@ struct LidarScan {
     return points;
   }
 
-  /** \brief The points as an organised cloud of PCL. */
   template <typename CloudT>
   CloudT
   cloud() const

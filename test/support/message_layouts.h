@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief PCLPointCloud2 messages of any layout, for the tests of SensorPreprocessor.
- */
 #pragma once
 
 #include <pcl_ext/filters/sensor_preprocessor.h>

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What becomes of a sensor's cloud on its way into the world: each step over all
- * points, in double.
- */
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A real NATS server on this machine, for the time of a test.
- */
 #pragma once
 
 #include "support/recorded_streams.h"
@@ -38,7 +35,6 @@ loopback(std::uint16_t port)
   return address;
 }
 
-/** \brief A port that nobody listens on. */
 inline std::uint16_t
 freePort()
 {
@@ -51,7 +47,6 @@ freePort()
   return ntohs(address.sin_port);
 }
 
-/** \brief Runs the program nats-server. */
 class NatsServer {
 public:
   /** \param[in] configuration besides the address, as nats-server reads it; FOLDER stands

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What the tests of nodes share: clouds of sensors, coded streams, listeners,
- * clocks, and the names that they use.
- */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>

@@ -20,7 +20,6 @@
 
 namespace pcl_ext::io::test {
 
-/** \brief An organised cloud, and where its sensor is. */
 struct OrganisedCloud {
   std::uint32_t width;
   std::uint32_t height;

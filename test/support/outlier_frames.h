@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Voxel frames for the tests of VoxelOutlierRemoval, and its scores by voxel.
- */
 #pragma once
 
 #include <pcl_ext/filters/voxel_outlier_removal.h>
@@ -58,7 +55,6 @@ frameOf(const Voxels& voxels,
   return frame;
 }
 
-/** \brief Log-odds by the voxels' index on the lattice. */
 using Scores = std::map<LatticeIndex, float>;
 
 inline Scores

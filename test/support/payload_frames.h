@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Encodes and decodes payloads without frames around them.
- */
 #pragma once
 
 #include "codec/payload_coder.h"
@@ -59,7 +56,6 @@ decodePayload(PayloadCoder& coder,
   return true;
 }
 
-/** \brief Expects a payload to decode to a frame. */
 inline void
 expectDecoded(PayloadCoder& coder,
               CodingWorkspace& memory,

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Random frames that have their points.
- */
 #pragma once
 
 #include "support/voxel_frames.h"
@@ -95,7 +92,6 @@ frameOfPoints(std::mt19937_64& random, const PointContent& content = {})
   return frame;
 }
 
-/** \brief The same with voxels. */
 inline VoxelFrame
 pointFrame(std::mt19937_64& random, const PointContent& content = {})
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Views of points for tests.
- */
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>

@@ -50,7 +50,6 @@
 namespace pcl_ext {
 namespace published {
 
-/** \brief The six characters each frame starts with, without a terminating zero. */
 inline const std::string frame_mark = "<HEAD>";
 
 /** \brief A leaf that sums the intensities of its points. */
@@ -93,7 +92,6 @@ using IntensityOctree = pcl::octree::OctreePointCloud<
     pcl::octree::OctreeContainerEmpty,
     pcl::octree::Octree2BufBase<IntensitySumLeaf, pcl::octree::OctreeContainerEmpty>>;
 
-/** \brief Write a number as the bytes it has in memory. */
 template <typename NumberT>
 inline void
 writeNumber(std::ostream& stream, NumberT number)
@@ -199,7 +197,6 @@ public:
     return stream.str();
   }
 
-  /** \brief Occupied voxels of the frame that was encoded last. */
   std::size_t
   leafCount() const
   {
@@ -303,7 +300,6 @@ public:
     return cloud_;
   }
 
-  /** \brief Decode one frame that is all of `bytes`. */
   pcl::PointCloud<pcl::PointXYZI>
   decode(const std::string& bytes)
   {

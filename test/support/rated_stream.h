@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A stream of frames whose sizes are given, under rate control.
- */
 #pragma once
 
 #include "rate/rate_control.h"
@@ -91,7 +88,6 @@ public:
     sensor_motion_ = motion;
   }
 
-  /** \brief Number of clouds that were encoded, whether sent or not. */
   std::size_t
   encoded() const
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Small recordings whose content is known.
- */
 #pragma once
 
 #include <pcl_ext/recording/recording_reader.h>
@@ -63,7 +60,6 @@ writeText(const std::string& path, const std::string& text)
   writeBytes(path, {text.begin(), text.end()});
 }
 
-/** \brief A frame as it was recorded. */
 struct KnownFrame {
   io::VoxelFrame voxels;
   Bytes bytes;
@@ -133,7 +129,6 @@ knownStream(std::size_t number,
   return stream;
 }
 
-/** \brief Records streams in the order of their times. */
 inline void
 record(const std::vector<KnownStream>& streams, const std::string& path)
 {
@@ -196,7 +191,6 @@ struct ReadRecording {
   bool is_unfinished = false;
 };
 
-/** \brief Reads all of a recording. */
 inline ReadRecording
 readAll(const std::string& path, const std::vector<KnownStream>& known)
 {

@@ -167,7 +167,6 @@ public:
     chunk_.clear();
   }
 
-  /** \brief Adds bytes between chunks. */
   void
   add(const std::string& bytes)
   {
@@ -196,7 +195,6 @@ public:
     return {all.begin(), all.end()};
   }
 
-  /** \brief Bytes before the first chunk. */
   std::size_t
   begin() const
   {

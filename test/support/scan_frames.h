@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Scans of a camera and of a lidar.
- */
 #pragma once
 
 #include "codec/scan/scan_frame.h"
@@ -191,7 +188,6 @@ addFields(scan::ScanFrame& frame, unsigned int seed)
   }
 }
 
-/** \brief The frame that a scan is decoded to, with voxels. */
 inline VoxelFrame
 frameOf(scan::ScanFrame scan)
 {

@@ -24,7 +24,6 @@ namespace pcl_ext::PCL_EXT_ABI::io::test {
 
 using namespace context;
 
-/** \brief What both ends have learnt of a stream. */
 struct ContextState {
   TrackedVoxelModels tracked_voxels{false};
   NewVoxelModels new_voxels{false};
@@ -34,7 +33,6 @@ struct ContextState {
   bool is_i_frame = true; // the next frame
 };
 
-/** \brief One frame's payload. */
 class ContextScript {
 public:
   using Coding = DecisionCoding<BinaryRangeEncoder, false>;
@@ -129,7 +127,6 @@ public:
           IntensityContexts::longest_escape);
   }
 
-  /** \brief An escape with a number. */
   void
   escape(std::uint32_t number)
   {

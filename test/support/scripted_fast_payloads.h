@@ -31,7 +31,6 @@ constexpr std::uint32_t lowest_rans_state = 1u << 15;
 /** \brief How a rANS stream is written: as encoders do unless said otherwise. */
 struct RansChoices {
   std::size_t states = 1;
-  /** \brief What the states are after the last symbol. */
   std::array<std::uint32_t, 4> ends = {
       lowest_rans_state, lowest_rans_state, lowest_rans_state, lowest_rans_state};
   /** \brief The state that starts outside of its range, 0..3: with its first symbol a
@@ -39,7 +38,6 @@ struct RansChoices {
   std::size_t wrong_start = static_cast<std::size_t>(-1);
 };
 
-/** \brief What came of it. */
 struct RansBytes {
   Bytes bytes;
   std::array<std::uint32_t, 4> starts{};
@@ -174,7 +172,6 @@ public:
     }
   }
 
-  /** \brief Starts the symbols of an I-frame. */
   void
   beginSteps()
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Streams of the effort fast whose frames are written choice by choice, and what
- * a decoder makes of them.
- */
 #pragma once
 
 #include "support/forged_frames.h"
@@ -43,7 +39,6 @@ public:
     models_ = script.models;
   }
 
-  /** \brief What is learnt of the I-frame. */
   const Models&
   models() const
   {
@@ -76,7 +71,6 @@ public:
     return frame(false, voxel_count, script.rans().bytes);
   }
 
-  /** \brief An I-frame of another grid and scale. */
   Bytes
   otherIFrame(unsigned int depth,
               unsigned int bits,
@@ -99,7 +93,6 @@ public:
     ASSERT_EQ(decoded(decoder, bytes, expected_), CompressionCode::Ok);
   }
 
-  /** \brief The answer to a frame after the I-frame. */
   CompressionCode
   answerTo(const Bytes& bytes) const
   {
@@ -132,7 +125,6 @@ expectAnswers(const ScriptedStream& stream, const std::vector<ScriptedFrame>& ca
   }
 }
 
-/** \brief Keys of the cells of a block. */
 inline std::set<std::uint64_t>
 keysOf(std::uint64_t block, std::uint64_t cells)
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds that a sensor sees, and what a SensorNode should make of them: each
- * step over all points, in double.
- */
 #pragma once
 
 #include <pcl_ext/compression/compression_settings.h>
@@ -133,7 +129,6 @@ encoded(SensorNode& node, const pcl::PCLPointCloud2& cloud, const WorldPose& pos
   return bytes;
 }
 
-/** \brief Decodes a frame that must be one. */
 inline io::VoxelFrame
 decodedWith(io::FrameDecoder& decoder, const Bytes& bytes)
 {
@@ -144,7 +139,6 @@ decodedWith(io::FrameDecoder& decoder, const Bytes& bytes)
   return frame;
 }
 
-/** \brief Expects a cloud to be left out, and no bytes. */
 inline void
 expectLeftOut(SensorNode& node,
               const pcl::PCLPointCloud2& cloud,

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Checks of statuses, which all classes report in the same way.
- */
 #pragma once
 
 #include <gtest/gtest.h>

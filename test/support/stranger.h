@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Messages of a site that are not sent by FramePublisher.
- */
 #pragma once
 
 #include "support/nats_server.h"
@@ -17,7 +14,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI::link::test {
 
-/** \brief Publishes messages as another program does. */
 class Stranger {
 public:
   explicit Stranger(const NatsServer& server)

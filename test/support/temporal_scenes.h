@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What the tests of TemporalVoxelFilter show it: a wall, and what it makes of it.
- */
 #pragma once
 
 #include <pcl_ext/filters/temporal_voxel_filter.h>
@@ -23,14 +20,12 @@ inline constexpr double voxel_edge = 0.04;
 inline constexpr std::int64_t wall_size = 48;
 inline constexpr std::int64_t wall_depth = 60;
 
-/** \brief A frame of voxels. */
 inline io::VoxelFrame
 scene(const Voxels& voxels)
 {
   return frameOf(voxels, gridAt(0, 0, 0));
 }
 
-/** \brief The voxels of a frame. */
 inline Voxels
 voxelsOf(const io::VoxelFrame& frame)
 {
@@ -40,7 +35,6 @@ voxelsOf(const io::VoxelFrame& frame)
   return voxels;
 }
 
-/** \brief A wall at right angles to z. */
 inline Voxels
 flatWall(std::int64_t depth = wall_depth, std::uint16_t symbol = 9)
 {
@@ -66,7 +60,6 @@ squarePlate(std::int64_t begin, std::int64_t end, std::int64_t depth)
 inline constexpr std::array<double, 3> in_front = {
     wall_size * voxel_edge / 2, wall_size* voxel_edge / 2, -0.5};
 
-/** \brief Filters a frame, and returns what is shown. */
 inline Voxels
 shownOf(TemporalVoxelFilter& filter,
         const Voxels& symbols,

@@ -30,7 +30,6 @@ public:
   std::size_t
   allocations() const;
 
-  /** \brief Bytes of the largest allocation. */
   std::size_t
   largest() const;
 

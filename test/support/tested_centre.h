@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Centres without a thread whose time the test sets, and what they merge.
- */
 #pragma once
 
 #include <pcl_ext/nodes/impl/merging_centre.h>
@@ -29,7 +26,6 @@ constexpr Time first_stamp = std::chrono::seconds(1000);
 /** \brief Threads that decode read it, too. */
 using TestTime = std::atomic<Time>;
 
-/** \brief A centre, and what it merges. */
 class TestedCentre {
 public:
   explicit TestedCentre(const TestTime& now,

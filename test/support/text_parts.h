@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Whether a text has another one in it, for EXPECT_TRUE and EXPECT_FALSE.
- */
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What clouds take as voxels, whatever order they have.
- */
 #pragma once
 
 #include <pcl_ext/compression/cloud_encoder.h>
@@ -14,7 +11,6 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io::test {
 
-/** \brief A stream of clouds that are coded as voxels. */
 class UnorderedClouds {
 public:
   explicit UnorderedClouds(const EncoderSettings& settings)
@@ -22,7 +18,6 @@ public:
   , encoder_(settings.format, settings.i_frame_rate, settings.effort)
   {}
 
-  /** \brief Bytes of a cloud. */
   std::size_t
   encode(const PointView& cloud, const WorldPose& pose)
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Random voxel frames and what the codec's tests do with them.
- */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
@@ -113,7 +110,6 @@ setVoxels(std::mt19937_64& random,
         below(random, below(random, 2) == 0 && end > 8 ? 8 : end)));
 }
 
-/** \brief Voxels anywhere in the grid. */
 inline VoxelFrame
 randomFrame(std::mt19937_64& random,
             unsigned int depth,
@@ -207,7 +203,6 @@ append(const Bytes& bytes, Bytes& stream)
   stream.insert(stream.end(), bytes.begin(), bytes.end());
 }
 
-/** \brief The first bytes of a frame. */
 inline Bytes
 prefixOf(const Bytes& bytes, std::size_t size)
 {
@@ -223,14 +218,12 @@ flipped(Bytes bytes, std::size_t bit)
   return bytes;
 }
 
-/** \brief A seekable buffer of bytes. */
 inline std::stringbuf
 bufferOf(const Bytes& bytes)
 {
   return std::stringbuf(std::string(bytes.begin(), bytes.end()));
 }
 
-/** \brief A stream of frames, and the bytes of each. */
 struct EncodedFrames {
   std::vector<VoxelFrame> frames;
   std::vector<Bytes> bytes;

@@ -46,7 +46,6 @@ public:
       }
   }
 
-  /** \brief The next frame. */
   const VoxelFrame&
   next()
   {

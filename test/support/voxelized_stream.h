@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds, and a voxelizer that is fed with them, for the voxelizer's tests.
- */
 #pragma once
 
 #include <pcl_ext/compression/point_view.h>
@@ -43,7 +40,6 @@ settingsOf(double resolution, StreamFormat format = StreamFormat::Version1)
   return settings;
 }
 
-/** \brief What a voxelizer reads of a cloud. */
 inline PointView
 viewOf(const Cloud& cloud)
 {
@@ -57,7 +53,6 @@ viewOf(const Cloud& cloud)
   return view;
 }
 
-/** \brief A voxelizer and what it made of the last cloud. */
 class Stream {
 public:
   explicit Stream(const IntensityCompressionSettings& settings,

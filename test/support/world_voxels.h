@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The voxels of a frame as a map that does not depend on the grid.
- */
 #pragma once
 
 #include <pcl_ext/compression/voxel_frame.h>
@@ -37,7 +34,6 @@ addVoxels(const io::VoxelFrame& frame, double resolution, WorldVoxels& voxels)
   }
 }
 
-/** \brief The voxels of a frame whose lattice is that of the world. */
 inline WorldVoxels
 worldVoxels(const io::VoxelFrame& frame)
 {

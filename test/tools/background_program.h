@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The program pcl_ext in the background.
- */
 #pragma once
 
 #include "tools/program.h"
@@ -57,7 +54,6 @@ public:
   BackgroundProgram&
   operator=(const BackgroundProgram&) = delete;
 
-  /** \brief Waits until a text is among its errors and remarks. */
   void
   waitForError(const std::string& text) const
   {

@@ -22,13 +22,11 @@ stampOf(std::size_t i);
 recording::McapChannel
 imuChannel();
 
-/** \brief Message of a cloud. */
 recording::McapMessage
 cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& points,
              std::size_t i,
              const std::string& frame_id = "lidar");
 
-/** \brief The clouds of a bag, in its order. */
 std::vector<recording::PointCloudMessage>
 cloudsOf(const std::string& path);
 

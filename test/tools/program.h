@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Runs the program pcl_ext, and makes what it reads.
- */
 #pragma once
 
 #include "support/recorded_streams.h"
@@ -32,7 +29,6 @@ using recording::test::writeBytes;
 using recording::test::writeMcap;
 using recording::test::writeText;
 
-/** \brief What a run of the program left. */
 struct ProgramRun {
   int status = -1;
   std::string output;
@@ -72,14 +68,12 @@ expectFailure(const TestFolder& folder,
               int status,
               const std::string& text);
 
-/** \brief A command line that the program refuses. */
 struct Refusal {
   std::string arguments; ///< as a shell takes them
   int status;
   std::string text; ///< that its line of error has
 };
 
-/** \brief Writes clouds as 000.pcd and so on into a folder of a folder. */
 void
 writeClouds(const TestFolder& folder,
             const std::string& name,
@@ -134,11 +128,9 @@ protected:
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 roomClouds(std::size_t frames, unsigned int seed = 1);
 
-/** \brief The points of a cloud as a file of KITTI has them. */
 Bytes
 kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud);
 
-/** \brief Reads a PCD or PLY file. */
 pcl::PointCloud<pcl::PointXYZI>
 readCloud(const std::string& path);
 
@@ -163,11 +155,9 @@ expectSameFrames(const DecodedStream& stream,
 std::vector<recording::test::KnownStream>
 recordTwoStreams(const std::string& path);
 
-/** \brief Expects that a cloud has the voxels of a frame. */
 void
 expectVoxels(const io::VoxelFrame& frame, const pcl::PointCloud<pcl::PointXYZI>& cloud);
 
-/** \brief Number of files and folders in a folder. */
 std::size_t
 filesIn(const std::string& path);
 

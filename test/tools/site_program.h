@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief pcl_ext send and receive with a real NATS server.
- */
 #pragma once
 
 #include <pcl_ext/link/frame_publisher.h>
@@ -19,7 +16,6 @@ namespace pcl_ext::tools::test {
 
 using link::test::NatsServer;
 
-/** \brief Options that name a server and a site. */
 inline std::string
 at(const NatsServer& server, const std::string& site = "cell")
 {
@@ -38,7 +34,6 @@ public:
   }
 };
 
-/** \brief A publisher with one stream of site cell. */
 class SitePublisher {
 public:
   explicit SitePublisher(const NatsServer& server,
@@ -58,7 +53,6 @@ public:
     EXPECT_TRUE(publisher_.flush(std::chrono::seconds(20)));
   }
 
-  /** \brief True if an I-frame was requested since the last call. */
   bool
   takeRequest()
   {

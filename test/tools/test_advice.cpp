@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What the command advise judges by: holes in surfaces, and the rule of its
- * choice.
- */
 #include "advice/setting_choice.h"
 #include "advice/surface_closure.h"
 #include "tools/program.h"
@@ -18,7 +14,6 @@ namespace pcl_ext::tools::test {
 
 using Voxel = std::array<int, 3>;
 
-/** \brief The definition, word by word. */
 bool
 isClosed(const std::set<Voxel>& occupied, const Voxel& voxel)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The command advise.
- */
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +10,6 @@
 
 namespace pcl_ext::tools::test {
 
-/** \brief The lines of a text that begin with some words. */
 std::vector<std::string>
 linesWith(const std::string& text, const std::string& beginning)
 {

@@ -25,7 +25,6 @@ using recording::McapChannel;
 using recording::McapMessage;
 using recording::Time;
 
-/** \brief All of a bag. */
 struct Bag {
   std::string profile;
   std::map<std::string, McapChannel> channels;
@@ -72,7 +71,6 @@ expectSameMessages(const std::vector<McapMessage>& first,
   }
 }
 
-/** \brief Expects that a bag has what is no cloud of another one. */
 void
 expectSameRest(const Bag& first, const Bag& second)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The command benchmark: what it counts, which percentiles it claims.
- */
 #include "measuring/samples.h"
 #include "tools/program.h"
 

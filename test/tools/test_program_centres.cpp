@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Three centres and one above them, with twenty streams and a real NATS server;
- * one of the centres is killed.
- */
 #include <pcl_ext/link/frame_publisher.h>
 
 #include "support/world_voxels.h"
@@ -59,14 +55,12 @@ public:
   Sensors&
   operator=(const Sensors&) = delete;
 
-  /** \brief Time of the latest frames. */
   Time
   now() const
   {
     return Time(period) * frames_.load();
   }
 
-  /** \brief Waits until the sensors have gone on for a time. */
   void
   waitFor(Time time) const
   {

@@ -39,7 +39,6 @@ bytesOfClass(const Clouds& clouds, const io::IntensityCompressionSettings& setti
 
 class ProgramEncode : public ProgramTest {
 protected:
-  /** \brief Expects that the folder "room" is encoded to the bytes of the class. */
   template <typename PointT, typename ModelT>
   void
   expectBytesOfClass(const std::string& options,

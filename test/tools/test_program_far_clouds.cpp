@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds with float64 coordinates, as those of maps, keep their precision.
- */
-
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
@@ -47,7 +43,6 @@ farPoints()
   return points;
 }
 
-/** \brief Number of points by voxel. */
 Voxels
 voxelsOf(const DoublePoints& points)
 {
@@ -256,7 +251,6 @@ TEST_F(ProgramFarClouds, PointsBeyondTheGridAreToldWithWhatHoldsThem)
   EXPECT_TRUE(hasPart(advice.errors, "82 of 291 points")) << advice.errors;
 }
 
-/** \brief An organised cloud of a depth camera. */
 pcl::PointCloud<pcl::PointXYZI>
 cameraCloud()
 {

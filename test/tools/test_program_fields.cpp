@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * Fields of files and recordings through the program and back.
- */
 #include <pcl_ext/nodes/sensor_node.h>
 
 #include "tools/program.h"
@@ -69,7 +66,6 @@ cloudWithRings(const std::string& ring_name = "ring",
   return cloud;
 }
 
-/** \brief All that points have from the fourth field on. */
 std::multiset<std::string>
 furtherBytes(const pcl::PCLPointCloud2& cloud)
 {
@@ -101,7 +97,6 @@ recordCloud(const pcl::PCLPointCloud2& cloud, const std::string& path)
   record({stream}, path);
 }
 
-/** \brief The fields of a cloud with blanks between them. */
 std::string
 fieldsOf(const pcl::PCLPointCloud2& cloud)
 {
@@ -111,7 +106,6 @@ fieldsOf(const pcl::PCLPointCloud2& cloud)
   return names;
 }
 
-/** \brief A folder with such a cloud in clouds/0.pcd. */
 class ProgramFields : public ProgramTest {
 protected:
   ProgramFields()

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Bags as drivers and recorders leave them: odd messages, other storages, folders
- * that were renamed.
- */
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
@@ -108,7 +104,6 @@ protected:
     return encoded.errors;
   }
 
-  /** \brief Expects that clouds of a bag are refused with a line that has a text. */
   void
   expectRefusedClouds(const std::string& bag, const std::string& text)
   {

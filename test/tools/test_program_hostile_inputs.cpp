@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * Inputs that PCL would read as something else, take all memory for, or wait for.
- */
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +11,6 @@ namespace pcl_ext::tools::test {
 
 namespace {
 
-/** \brief A PCD file with x, y, z in float32. */
 std::string
 pcd(const std::string& points, const std::string& data)
 {

@@ -24,7 +24,6 @@ linesOf(const std::string& text)
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-/** \brief Names of the streams that info finds. */
 std::vector<std::string>
 streamNames(const TestFolder& folder, const std::string& line)
 {

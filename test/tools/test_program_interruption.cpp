@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What is left of outputs that a signal or a limit ends.
- */
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
@@ -38,7 +35,6 @@ TEST_F(ProgramInterruption, LeavesARecordingThatIsComplete)
   EXPECT_LT(streams[0].frames.size(), 60u);
 }
 
-/** \brief Bytes of a file, or of all in a folder; 0 if there is none. */
 std::uintmax_t
 sizeOf(const fs::path& path)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds that several threads encode.
- */
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
 

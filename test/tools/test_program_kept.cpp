@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * What the program keeps of files besides their points, and what it says of the rest.
- */
 #include <pcl_ext/recording/recording_reader.h>
 
 #include "clouds/file_stamps.h"
@@ -24,7 +21,6 @@ namespace {
 using clouds::stampOfName;
 using std::chrono::nanoseconds;
 
-/** \brief Writes a cloud with a viewpoint. */
 void
 writeWithViewpoint(const std::string& path,
                    pcl::PointCloud<pcl::PointXYZI> cloud,
@@ -37,7 +33,6 @@ writeWithViewpoint(const std::string& path,
   ASSERT_EQ(pcl::io::savePCDFileBinary(path, cloud), 0);
 }
 
-/** \brief What a camera of 60 rows and 80 columns sees of a wall, some points missing. */
 pcl::PointCloud<pcl::PointXYZI>
 organisedWall()
 {

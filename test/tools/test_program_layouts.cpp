@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Messages of a bag have the layout again that they had before they were encoded,
- * so that programs can read them as structures.
- */
 #include "recording/point_cloud_messages.h"
 #include "tools/cloud_bags.h"
 #include "tools/program.h"

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Bags that come through a pipe or a socket while somebody writes them.
- */
-
 #include "recording/bag_reader.h"
 #include "recording/mcap_writer.h"
 #include "tools/program.h"

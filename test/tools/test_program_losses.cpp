@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames of a site that are damaged or cannot be recorded: the program tells of
- * them, asks for I-frames, and what it passes on can be decoded.
- */
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "support/stranger.h"

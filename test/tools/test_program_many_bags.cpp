@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Folders of bags that become folders of recordings.
- */
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
 
@@ -23,7 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** \brief Writes bags/a.mcap, b.mcap and so on; the later ones are longer. */
 void
 writeBags(const TestFolder& folder, std::size_t count)
 {
@@ -33,7 +29,6 @@ writeBags(const TestFolder& folder, std::size_t count)
              3 + i);
 }
 
-/** \brief The bytes of the recordings in a folder, by their names. */
 std::map<std::string, Bytes>
 recordingsIn(const std::string& path)
 {
@@ -44,7 +39,6 @@ recordingsIn(const std::string& path)
   return recordings;
 }
 
-/** \brief Names of recordings and what the manifest tells of them, line for line. */
 std::vector<std::string>
 linesOfManifest(const std::string& path)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The map of pcl_ext receive, with a real NATS server.
- */
 #include "tools/site_program.h"
 
 #include <gtest/gtest.h>

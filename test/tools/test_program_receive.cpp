@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief pcl_ext receive and keep with a real NATS server.
- */
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "tools/site_program.h"
@@ -27,7 +24,6 @@ using recording::Time;
 
 namespace {
 
-/** \brief Expects that a recording has all frames of two streams, byte for byte. */
 void
 expectTwoStreams(const std::string& path, const std::vector<KnownStream>& sent)
 {
@@ -180,7 +176,6 @@ TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
   EXPECT_TRUE(hasPart(merged.output, "nodes written to x.ot, after 2 updates\n"));
 }
 
-/** \brief The text of an example. */
 std::string
 exampleOf(const std::string& file)
 {
@@ -241,7 +236,6 @@ TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
   EXPECT_GE(decode(folder / "all.mcap").size(), 1u);
 }
 
-/** \brief Publishes frames of two streams until it is destroyed. */
 class Sending {
 public:
   explicit Sending(const NatsServer& server)

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What the program tells of recordings.
- */
 #include "tools/program.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief pcl_ext receive --replay of more than a connection may have waiting.
- */
 #include <pcl_ext/link/frame_subscriber.h>
 #include <pcl_ext/recording/recording_reader.h>
 

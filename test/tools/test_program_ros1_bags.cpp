@@ -48,7 +48,6 @@ cloudMessage(const pcl::PointCloud<pcl::PointXYZI>& cloud, std::uint32_t seconds
   return {bytes.begin(), bytes.end()};
 }
 
-/** \brief Clouds of two publishers in turn, and notes. */
 Ros1Bag
 bagOf(const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds,
       const std::string& compression = "none")

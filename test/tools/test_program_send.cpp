@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief pcl_ext send with a real NATS server.
- */
 #include "tools/site_program.h"
 #include "view/clients.h"
 

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What the program answers to command lines: a row for each, with its status and a
- * part of what it says.
- */
 #include "tools/cloud_bags.h"
 #include "tools/program.h"
 
@@ -25,7 +21,6 @@ namespace {
 
 const std::string data = PCL_EXT_TEST_DATA;
 
-/** \brief A folder with inputs of all kinds. */
 class ProgramSentences : public ProgramTest {
 protected:
   ProgramSentences()

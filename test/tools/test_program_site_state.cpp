@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief What pcl_ext send and receive tell of their state: on a terminal, on the page,
- * in metrics, and at the end.
- */
 #include "tools/site_program.h"
 #include "view/clients.h"
 
@@ -23,7 +19,6 @@ using link::test::freePort;
 
 namespace {
 
-/** \brief An I-frame, which may be published again and again. */
 Bytes
 iFrame(std::uint32_t width = 5)
 {

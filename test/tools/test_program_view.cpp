@@ -21,7 +21,6 @@ using view::test::LiveClient;
 using view::test::LiveMessage;
 using view::test::request;
 
-/** \brief A rosbag2 folder of two files. */
 void
 recordFolder(const TestFolder& folder, const std::string& name)
 {

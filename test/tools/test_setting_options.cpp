@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Options of the program are made from the table of settings.
- */
 #include "console/exit_status.h"
 #include "options/help_format.h"
 #include "options/setting_options.h"
@@ -20,7 +17,6 @@ namespace {
 using io::EncoderSettings;
 using io::OptionGroup;
 
-/** \brief A program that has the options of a table. */
 struct Program {
   explicit Program(const io::EncoderSettingTable& table)
   {
@@ -30,7 +26,6 @@ struct Program {
       addSettingOptions(app, table, group, settings);
   }
 
-  /** \brief Reads arguments. */
   EncoderSettings
   parse(std::vector<std::string> arguments)
   {
@@ -78,7 +73,6 @@ TEST(SettingOptions, ARowOfTheTableIsAnOption)
     EXPECT_THROW(Program(table).parse({"--bright", wrong}), CLI::ValidationError);
 }
 
-/** \brief An allowed value of an option that is not the default. */
 std::string
 otherValue(const io::EncoderSetting& setting)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief pcl_ext view in the background.
- */
 #pragma once
 
 #include "tools/background_program.h"
@@ -46,7 +43,6 @@ public:
                                           text.substr(text.rfind(':', end) + 1)));
   }
 
-  /** \brief The line that tells the address. */
   std::string
   line() const
   {
@@ -54,7 +50,6 @@ public:
     return text.substr(0, text.find('\n') + 1);
   }
 
-  /** \brief Writes to its standard input. */
   void
   write(const Bytes& bytes) const
   {

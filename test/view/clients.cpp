@@ -226,7 +226,6 @@ public:
   std::string protocol;
 
 private:
-  /** \brief Waits for the operation that was begun; ends it after a long time. */
   void
   wait()
   {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clients of a server on 127.0.0.1. What they wait for fails after a long time.
- */
 #pragma once
 
 #include <pcl_ext/version.h>
@@ -21,7 +18,6 @@ namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 using pcl_ext::test::hasPart;
 
-/** \brief A connection that sends any bytes. */
 class RawConnection {
 public:
   explicit RawConnection(std::uint16_t port);
@@ -73,7 +69,6 @@ upgradeStatus(std::uint16_t port,
               const std::string& headers,
               const std::string& path = "/api/live");
 
-/** \brief A message of the server. */
 struct LiveMessage {
   std::string text; ///< empty: a frame
   std::uint32_t stream = 0;
@@ -82,7 +77,6 @@ struct LiveMessage {
   std::vector<std::uint8_t> frame;
 };
 
-/** \brief A viewer, as the page is one. */
 class LiveClient {
 public:
   /** \brief Connects; a failure of the test if that fails.
@@ -102,7 +96,6 @@ public:
   std::string
   nextState();
 
-  /** \brief The next message that is a frame. */
   std::optional<LiveMessage>
   nextFrame();
 
@@ -110,7 +103,6 @@ public:
   bool
   send(const std::string& text);
 
-  /** \brief The protocol that the server chose. */
   std::string
   protocol() const;
 
@@ -119,7 +111,6 @@ private:
   std::unique_ptr<Implementation> implementation_;
 };
 
-/** \brief Number of open files and threads of this process. */
 struct ProcessUse {
   std::size_t descriptors = 0;
   std::size_t threads = 0;

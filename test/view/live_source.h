@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A stream of frames, and what a viewer makes of it.
- */
 #pragma once
 
 #include <pcl_ext/compression/frame_decoder.h>
@@ -37,7 +34,6 @@ waitFor(const ConditionT& condition)
   return true;
 }
 
-/** \brief Encodes the frames of a small room. */
 class LiveSource {
 public:
   /** \param[in] noise voxels anywhere in each frame, about 2 bytes each */
@@ -57,7 +53,6 @@ public:
     return bytes;
   }
 
-  /** \brief Those of the last frame. */
   const io::VoxelFrame&
   voxels() const
   {

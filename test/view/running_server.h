@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief A server on a free port, with streams.
- */
 #pragma once
 
 #include <pcl_ext/view/view_server.h>

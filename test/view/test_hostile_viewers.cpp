@@ -12,7 +12,6 @@ namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
-/** \brief Expects that a server still serves its page and a stream. */
 void
 expectService(RunningServer& live)
 {
@@ -24,7 +23,6 @@ expectService(RunningServer& live)
   EXPECT_EQ(client.nextFrame()->frame, frame);
 }
 
-/** \brief Random bytes, or a request with random changes. */
 std::string
 garbage(std::mt19937& random)
 {

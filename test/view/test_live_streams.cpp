@@ -10,7 +10,6 @@ namespace pcl_ext::PCL_EXT_ABI::view::test {
 
 namespace {
 
-/** \brief A stream, and viewers of it without connections. */
 struct Live {
   explicit Live(const ViewServerLimits& limits = ViewServerLimits(),
                 bool can_request = true)

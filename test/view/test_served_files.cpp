@@ -16,7 +16,6 @@ namespace {
 using recording::test::TestFolder;
 using recording::test::writeBytes;
 
-/** \brief A server of two files, whose bytes are known. */
 class ServedFiles : public ::testing::Test {
 protected:
   ServedFiles()

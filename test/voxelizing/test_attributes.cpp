@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Colours and numbers of points of voxels, against sums over a map of the points;
- * clouds whose points come some at a time give the frames of the whole clouds.
- */
 #include <pcl_ext/compression/point_view.h>
 
 #include "support/point_views.h"

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief The symbol of each voxel holds its intensity, with any number of bits, on linear
- * and companded scales; automatic ones hold all values but few that are far from others.
- */
 #include <pcl_ext/compression/voxel_frame.h>
 
 #include "support/voxelized_stream.h"
@@ -23,7 +19,6 @@ using Values = std::vector<float>;
 
 constexpr double resolution = 0.04;
 
-/** \brief The intensities that a symbol may stand for. */
 struct SymbolInterval {
   SymbolInterval(const IntensityScale& scale, std::uint32_t symbol)
   {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Clouds far from the world's origin: the origin of the lattice moves to where
- * the points are.
- */
 #include <pcl_ext/compression/point_view.h>
 
 #include "support/point_views.h"
@@ -28,7 +24,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 using Points = std::vector<std::array<float, 3>>;
 
-/** \brief Points within some metres of a place. */
 Points
 pointsAt(const std::array<double, 3>& place, std::size_t count, double width)
 {
@@ -308,7 +303,6 @@ TEST(Origin, DoublesMayHaveAnyMagnitude)
   EXPECT_FALSE(frame.grid.needsDoubles());
 }
 
-/** \brief A float of any magnitude, sign and kind. */
 float
 anyFloat(std::mt19937_64& random)
 {

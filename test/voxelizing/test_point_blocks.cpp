@@ -28,7 +28,6 @@ begin(SortedVoxels& voxels, const SummedFields& fields, std::size_t points)
   voxels.begin(fields, points);
 }
 
-/** \brief Sums over the points of a voxel, computed one by one. */
 struct ExpectedVoxel {
   std::uint32_t count = 0;
   double intensity = 0.0;

@@ -77,7 +77,6 @@ grids()
   return grids;
 }
 
-/** \brief The voxels of eight points x, y, z, w. */
 struct EightVoxels {
   unsigned int certain; // bit i is set if the locator is certain of point i
   LocatedPoints located;

@@ -251,7 +251,6 @@ TEST(Voxelizer, AFixedBoxFixesTheGrid)
   }
 }
 
-/** \brief Usual boxes and random ones. */
 std::vector<BoundingBox>
 boxes()
 {

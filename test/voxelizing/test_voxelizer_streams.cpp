@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * What the voxelizer keeps from cloud to cloud changes its speed, not its results.
- */
 #include "support/test_memory.h"
 #include "support/voxelized_stream.h"
 
@@ -19,7 +16,6 @@ using namespace pcl_ext::io::test;
 using pcl_ext::IntensityUnit;
 using pcl_ext::test::MemoryUse;
 
-/** \brief A surface like a sensor's, with noise. */
 Cloud
 surface(std::uint64_t seed, float x, std::size_t count = 4000)
 {

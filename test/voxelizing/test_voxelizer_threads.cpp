@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * A cloud gives the same frame with any number of threads.
- */
 #include <pcl_ext/compression/point_view.h>
 
 #include "platforms/run_at_once.h"

@@ -107,7 +107,6 @@ compandedSettings(unsigned int bits, double resolution = 1.0)
   return settings;
 }
 
-/** \brief A row of voxels of 1 m, with so many points in each. */
 Cloud
 rowOfCounts(const std::vector<std::size_t>& counts)
 {
@@ -128,7 +127,6 @@ countsTo(std::size_t last)
   return counts;
 }
 
-/** \brief Decoded intensities of a row of voxels. */
 std::vector<float>
 rowOf(const Stream& stream)
 {

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Values of fields and their numbers.
- */
 #include <pcl_ext/compression/frame_field.h>
 
 #include <gtest/gtest.h>

@@ -1,8 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief When memory that frames reuse is released.
- */
 #include "voxels/memory_rule.h"
 
 #include <gtest/gtest.h>

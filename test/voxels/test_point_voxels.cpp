@@ -255,7 +255,6 @@ TEST(PointVoxels, FramesWithoutPointsStay)
   EXPECT_FALSE(frame.has_point_counts);
 }
 
-/** \brief A point of a decoded cloud. */
 struct CloudPoint {
   double x;
   double y;
@@ -273,7 +272,6 @@ struct CloudPoint {
   }
 };
 
-/** \brief The cloud that forEachPoint() and VoxelFrame::cloudIndex() make. */
 template <typename NumberT>
 std::vector<std::optional<CloudPoint>>
 cloudOf(const VoxelFrame& frame)
@@ -404,7 +402,6 @@ TEST(PointVoxels, PointsOfFramesWithVoxelsOnlyAreAtTheirCentres)
     }
 }
 
-/** \brief The first point of a voxel that has several. */
 std::size_t
 firstOfSeveral(const VoxelFrame& frame)
 {

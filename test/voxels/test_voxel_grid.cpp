@@ -118,7 +118,6 @@ TEST(GridFit, HoldsTheRangeInItsMiddle)
   }
 }
 
-/** \brief A frame of random voxels, the outermost of the grid among them. */
 VoxelFrame
 randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
 {

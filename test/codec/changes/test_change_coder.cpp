@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Payloads of frames of changes that are refused: those of an encoder that was
- * told other limits than the decoder.
- */
 #include "codec/changes/change_coder.h"
 #include "support/voxel_frames.h"
 

@@ -17,7 +17,6 @@ using namespace pcl_ext::io::test;
 using Numbers = std::vector<std::uint16_t>;
 using Choices = std::function<void(ContextScript&)>;
 
-/** \brief A stream of the effort balanced: an I-frame and what follows. */
 class Stream {
 public:
   Stream(unsigned int depth, const std::vector<std::uint64_t>& keys)
@@ -51,7 +50,6 @@ public:
     return putTogetherSized(parts, is_i_frame ? 0 : reference_);
   }
 
-  /** \brief The answer to a P-frame. */
   CompressionCode
   answerToPFrame(std::size_t voxel_count, const Choices& choices) const
   {
@@ -157,7 +155,6 @@ TEST(ScriptedContextPayloads, OtherNumbersOfVoxels)
   }
 }
 
-/** \brief A point is worth the same everywhere. */
 DepthModel
 modelOfPoints(std::uint32_t symbol)
 {
@@ -172,7 +169,6 @@ modelOfPoints(std::uint32_t symbol)
 /** \brief I-frames of one voxel of one point, with a residual. */
 class ResidualPayload {
 public:
-  /** \param[in] point_symbol what a point is worth */
   ResidualPayload(unsigned int bits, std::uint16_t point_symbol)
   : like_(emptyFrame(3, bits))
   {

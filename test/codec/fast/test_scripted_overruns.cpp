@@ -95,7 +95,6 @@ expectScriptRefused(const ScriptedStream& stream,
   }
 }
 
-/** \brief A byte that goes on being good. */
 unsigned int
 goodByte(std::mt19937_64& random)
 {

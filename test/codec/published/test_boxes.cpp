@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Which octree boxes and counts an I-frame of the published layout may have, and
- * which frame a P-frame may follow.
- */
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
 #include "codec/published/frame.h"
@@ -25,7 +21,6 @@ using namespace pcl_ext::io;
 using namespace pcl_ext::io::published;
 using namespace pcl_ext::io::test;
 
-/** \brief An I-frame of one voxel. */
 struct IFrame {
   unsigned int depth = 4;
   double resolution = 0.5;
@@ -180,7 +175,6 @@ TEST(PublishedBoxes, BranchesWithoutVoxelsAreWithinTheLimit)
   EXPECT_EQ(codeOf(frame), CompressionCode::Ok);
 }
 
-/** \brief A stream of the published layout: an I-frame and P-frames. */
 EncodedFrames
 stream(std::size_t count)
 {

@@ -38,7 +38,6 @@ randomRow(std::uint64_t seed, std::size_t count, unsigned int alphabet, double s
   return row;
 }
 
-/** \brief Rows at the limits of the coder. */
 std::vector<Bytes>
 rows()
 {

@@ -1,9 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Streams whose octree PCL enlarges: of the authors' program when it does not
- * crop.
- */
 #include "bytes/byte_writer.h"
 #include "codec/published/entropy_coder.h"
 #include "support/published_streams.h"

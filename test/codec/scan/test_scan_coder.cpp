@@ -101,7 +101,6 @@ using PlaneNumbers = std::vector<std::uint32_t>;
 
 constexpr std::uint32_t plane_width = 40;
 
-/** \brief A plane without a past. */
 scan::Plane
 planeOf(PlaneNumbers& numbers)
 {

@@ -1,10 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-/** \file
- * \brief Frames with a supplement: colours, numbers of points, voxels within cells, no
- * intensities. What is encoded is decoded, whatever is combined; what is not whole is
- * refused and changes nothing.
- */
 #include "codec/supplement/coarse_voxels.h"
 #include "codec/supplement/supplement.h"
 #include "support/status_codes.h"
@@ -26,7 +21,6 @@ namespace {
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
 
-/** \brief What a stream's frames have. */
 struct ContentCase {
   bool is_fine;
   bool has_intensities;
@@ -59,7 +53,6 @@ descriptionOf(const ContentCase& content)
          (content.has_fields ? ", fields" : "");
 }
 
-/** \brief Some frames of a stream, one of them without voxels. */
 std::vector<VoxelFrame>
 framesOf(const ContentCase& content)
 {
@@ -117,7 +110,6 @@ TEST(Supplements, ColoursOfAnUnchangedRoomCostNearlyNothing)
   EXPECT_LT(10 * encoder.statistics().attribute_bytes, first);
 }
 
-/** \brief Ten voxels of so many points each. */
 VoxelFrame
 frameWithPoints(std::uint32_t points)
 {

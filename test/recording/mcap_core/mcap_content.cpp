@@ -52,7 +52,6 @@ require(const RecordingStatus& status)
   std::exit(1);
 }
 
-/** \brief The frame that a message of a recorded stream has. */
 void
 writeFrame(std::size_t channel_number,
            const McapChannel& channel,
