@@ -1,4 +1,5 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
+#include "support/forged_frames.h"
 #include "support/voxel_frames.h"
 
 #include <gtest/gtest.h>
@@ -296,6 +297,61 @@ TEST(FrameStreams, StampsMayComeAndGo)
       }
     }
   }
+}
+
+// ---------------------------------------------------------------- frame headers
+
+TEST(FrameHeader, DepthModelsComeAndGoWithIFramesOnly)
+{
+  VoxelFrame frame = emptyFrame(4);
+  FrameEncoder encoder(StreamFormat::Version1, 9, Effort::Balanced);
+  FrameDecoder decoder;
+  VoxelFrame back;
+  std::string kinds;
+  for (const std::uint32_t full_symbol : {1u, 1u, 2u, 0u, 3u}) {
+    frame.depth_model.reset();
+    if (full_symbol > 0)
+      frame.depth_model.emplace().full_symbol = full_symbol;
+    ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
+    EXPECT_TRUE(back.depth_model == frame.depth_model);
+    kinds += encoder.statistics().is_i_frame ? 'I' : 'P';
+  }
+  EXPECT_EQ(kinds, "IPPII");
+}
+
+TEST(FrameHeader, AnIFrameWithoutFrameIdClearsIt)
+{
+  FrameEncoder encoder(StreamFormat::Version1, 1, Effort::Balanced);
+  const Bytes named = encoded(encoder, emptyFrame(4), FrameStamp{5, "sensor"});
+  Parts parts = takeApart(encoded(encoder, emptyFrame(4), FrameStamp{6, "sensor"}));
+  parts.header.has_frame_id = false;
+  FrameDecoder decoder;
+  VoxelFrame back;
+  ASSERT_EQ(decoded(decoder, named, back), CompressionCode::Ok);
+  EXPECT_EQ(decoder.stamp()->frame_id, "sensor");
+  ASSERT_EQ(decoded(decoder, putTogether(parts), back), CompressionCode::Ok);
+  EXPECT_EQ(decoder.stamp()->frame_id, "");
+  EXPECT_EQ(decoder.stamp()->stamp, 6u);
+}
+
+TEST(FrameHeader, HeadersAreShortWithAllFields)
+{
+  std::mt19937_64 random(10);
+  // 20 Hz and 1 Hz in microseconds, two minutes of nothing, and a minute back.
+  for (const std::int64_t change : {50000, 1000000, 120000000, -60000000})
+    for (const std::size_t count : {0u, 1u, 50u, 20000u, 200000u}) {
+      FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
+      VoxelFrame frame = randomFrame(random, 21, count, 16);
+      frame.depth_model.emplace();
+      FrameStamp stamp{1700000000000000, std::string(16, 'x')};
+      for (int i = 0; i < 3; ++i) {
+        encoded(encoder, frame, stamp);
+        EXPECT_EQ(encoder.statistics().is_i_frame, i == 0);
+        EXPECT_LE(encoder.statistics().header_bytes, i == 0 ? 96u : 24u)
+            << count << " voxels, change " << change;
+        stamp.stamp += static_cast<std::uint64_t>(change);
+      }
+    }
 }
 
 } // namespace
