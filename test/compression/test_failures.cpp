@@ -3,7 +3,6 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
-#include "support/float_values.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -98,29 +97,6 @@ TEST(CompressionInput, ANullOutputPointerGetsACloud)
              CompressionCode::EndOfStream);
   ASSERT_NE(empty, nullptr);
   EXPECT_TRUE(empty->empty());
-}
-
-TEST(CompressionInput, EmptyCloudsAreFramesLikeOthers)
-{
-  Compression encoder(settingsWith(usual_resolution));
-  Compression decoder;
-  EXPECT_EQ(encoder.statistics().bytesPerVoxel(), 0.0);
-  EXPECT_EQ(encoder.statistics().compressionRatio(), 0.0);
-  const Cloud::Ptr empty(new Cloud);
-  const Cloud::Ptr nothing_finite(
-      new Cloud(5, 1, pcl::PointXYZI(not_a_number, 0.0f, infinity, 1.0f)));
-  const auto cloud = randomCloud<pcl::PointXYZI>(3, 300);
-  for (const Cloud::Ptr& frame :
-       {empty, empty, cloud, nothing_finite, cloud, empty, cloud, cloud}) {
-    const std::string bytes = encodeFrame(encoder, frame);
-    EXPECT_GT(bytes.size(), 0u);
-    EXPECT_EQ(encoder.statistics().coding.bytes, bytes.size());
-    EXPECT_EQ(encoder.statistics().bytesPerVoxel() > 0.0, frame == cloud);
-    Cloud::Ptr decoded;
-    ASSERT_TRUE(decodeBytes(decoder, bytes, decoded).ok());
-    expectVoxelCentres(
-        *decoded, naiveVoxels(*frame, usual_resolution), usual_resolution);
-  }
 }
 
 /** \brief Encodes three frames, the second into a stream that does not take it. */

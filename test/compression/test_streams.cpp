@@ -85,6 +85,8 @@ TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
   settings.bounding_box = wide_box;
   Compression encoder(settings);
   Compression decoder;
+  EXPECT_EQ(encoder.statistics().bytesPerVoxel(), 0.0);
+  EXPECT_EQ(encoder.statistics().compressionRatio(), 0.0);
   for (unsigned int frame = 0; frame < 2; ++frame) {
     const auto cloud = movingCloud(frame);
     cloud->at(3).z = 50.0f; // outside the box

@@ -103,30 +103,6 @@ TEST(CompressionTemporalFilter, WhatWasCroppedProvesThatTheWayIsFree)
   EXPECT_EQ(voxelsOfThePlate(roundTrip(encoder, decoder, cloudOf(false, 7))), shelf);
 }
 
-TEST(CompressionTemporalFilter, StampsDecideHowLongVoxelsAreHeld)
-{
-  // Behind the plate nothing is seen, so that it hides nothing and nothing passes it.
-  const auto heldWith = [](std::uint64_t interval) {
-    Compression encoder(filteringSettings(8));
-    std::vector<std::uint8_t> bytes;
-    std::uint64_t stamp = 0;
-    for (unsigned int frame = 0; frame < 10; ++frame) {
-      const Cloud::Ptr cloud = wallWith(false, 1);
-      cloud->header.stamp = stamp += interval;
-      for (int i = 0; i < 20 && frame < 9; ++i)
-        for (int j = 0; j < 20; ++j)
-          cloud->emplace_back(sensor.x() + 2.0f,
-                              sensor.y() + 0.01f * static_cast<float>(i),
-                              sensor.z() + 0.01f * static_cast<float>(j));
-      EXPECT_TRUE(encoder.encodePointCloud(cloud, bytes).ok());
-    }
-    return encoder.statistics().voxels_held;
-  };
-  EXPECT_GT(heldWith(50000), 4u);
-  EXPECT_EQ(heldWith(0), heldWith(50000));
-  EXPECT_EQ(heldWith(500000), 0u);
-}
-
 TEST(CompressionTemporalFilter, OctreeAndStatisticsAreThoseOfTheFrame)
 {
   IntensityCompressionSettings settings = filteringSettings(8);

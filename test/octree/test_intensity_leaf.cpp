@@ -84,19 +84,4 @@ TEST(IntensityLeaf, EqualityComparesSumAndCount)
   EXPECT_FALSE(IntensityLeaf() == pcl::octree::OctreeContainerPointIndices());
 }
 
-TEST(IntensityLeaf, CopiesStandOnTheirOwn)
-{
-  IntensityLeaf original = leafOf({1.0f, 2.0f});
-  const IntensityLeaf copy(original);
-  const std::unique_ptr<IntensityLeaf> deep_copy(original.deepCopy());
-  IntensityLeaf assigned = leafOf({9.0f});
-  assigned = original;
-  original.addPointIntensity(10.0f);
-  const std::vector<const IntensityLeaf*> copies = {&copy, deep_copy.get(), &assigned};
-  for (const IntensityLeaf* leaf : copies) {
-    EXPECT_EQ(leaf->getIntensity(), 3.0f);
-    EXPECT_EQ(leaf->getPointCounter(), 2u);
-  }
-}
-
 } // namespace

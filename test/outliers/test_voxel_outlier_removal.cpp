@@ -262,21 +262,6 @@ TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
       }
 }
 
-TEST(VoxelOutlierRemoval, CountsMayBeOfAnyDepth)
-{
-  // Three times the points in each voxel, as nearer to the sensor.
-  std::mt19937_64 random(11);
-  Voxels voxels = wall(random, 15);
-  for (auto& [index, symbol] : voxels)
-    symbol = static_cast<std::uint16_t>(20 + symbol / 4);
-  VoxelOutlierRemoval far(settingsOf(DensityUnit::Points));
-  const Scores expected = scoresOf(far, frameOf(voxels, gridAt(0, 0, 0)));
-  for (auto& [index, symbol] : voxels)
-    symbol = static_cast<std::uint16_t>(3 * symbol);
-  VoxelOutlierRemoval near(settingsOf(DensityUnit::Points));
-  expectSame(scoresOf(near, frameOf(voxels, gridAt(0, 0, 0))), expected, 0.02f);
-}
-
 TEST(VoxelOutlierRemoval, NewSurfacesAreNotNoise)
 {
   // A plate of full faces that moves by its thickness in each frame: nothing of it was
@@ -293,50 +278,6 @@ TEST(VoxelOutlierRemoval, NewSurfacesAreNotNoise)
     for (const auto& [index, score] :
          scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))))
       EXPECT_EQ(score < 0.0f, index == flying) << score;
-  }
-}
-
-TEST(VoxelOutlierRemoval, MovingSurfacesScoreLikeStillOnes)
-{
-  const auto plateAt = [](std::int32_t x) {
-    Voxels voxels;
-    for (std::int64_t y = 20; y < 30; ++y)
-      for (std::int64_t z = 20; z < 30; ++z)
-        voxels[{x, y, z}] = static_cast<std::uint16_t>(40 + 7 * (y % 5) + z);
-    return voxels;
-  };
-  for (const DensityUnit unit : {DensityUnit::Faces, DensityUnit::Points}) {
-    VoxelOutlierRemoval walking(settingsOf(unit));
-    VoxelOutlierRemoval standing(settingsOf(unit));
-    for (std::int32_t frame = 0; frame < 6; ++frame) {
-      // Out of reach of what it leaves behind.
-      const std::int32_t x = 10 + 3 * frame;
-      const Scores there = scoresOf(walking, frameOf(plateAt(x), gridAt(0, 0, 0)));
-      const Scores here = scoresOf(standing, frameOf(plateAt(10), gridAt(0, 0, 0)));
-      for (const auto& [index, score] : here)
-        ASSERT_EQ(there.at({x, index[1], index[2]}), score);
-    }
-  }
-}
-
-TEST(VoxelOutlierRemoval, FramesBeforeFillInWhatIsMissing)
-{
-  // A fringe of which half the voxels are seen in a frame, in turn.
-  VoxelOutlierRemoval remembering(settingsOf(DensityUnit::Faces));
-  const VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces, false);
-  VoxelOutlierRemoval alone(settings);
-  for (int frame = 0; frame < 6; ++frame) {
-    Voxels voxels;
-    for (std::int64_t z = 20; z < 40; ++z)
-      if ((z + frame) % 2 == 0)
-        voxels[{30, 30, z}] = 60;
-    const io::VoxelFrame seen = frameOf(voxels, gridAt(0, 0, 0));
-    const Scores scores = scoresOf(remembering, seen);
-    for (const auto& [index, score] : scoresOf(alone, seen))
-      if (frame == 0)
-        EXPECT_EQ(scores.at(index), score);
-      else
-        EXPECT_GT(scores.at(index), score + 0.1f);
   }
 }
 

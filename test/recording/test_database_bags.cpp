@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <random>
 
 namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
@@ -280,36 +279,6 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
     skipped += left < count && left > count - 20 ? 1 : 0;
   }
   EXPECT_GT(skipped, 60u); // those with messages
-}
-
-TEST(DatabaseBags, OfAnyPagesHaveAnEnd)
-{
-  const TestFolder folder;
-  {
-    DatabaseBag bag(folder / "x.db3");
-    fill(bag, 0, 300);
-  }
-  const Bytes all = bytesOf(folder / "x.db3");
-  std::mt19937 random(5);
-  for (int i = 0; i < 600; ++i) {
-    Bytes damaged = all;
-    // Numbers of pages, cells and sizes are near the beginning of a page.
-    for (int changes = 0; changes < 3; ++changes)
-      damaged[random() % (damaged.size() / 1024) * 1024 +
-              random() % (i % 2 ? 24 : 1024)] =
-          static_cast<std::uint8_t>(random() % 4 == 0 ? random() : random() % 80);
-    writeBytes(folder / "y.db3", damaged);
-    BagReader reader;
-    if (!reader.open(folder / "y.db3").ok())
-      continue;
-    EXPECT_LT(reader.index().size(), 10'000u);
-    for (const BagEntry& entry : reader.index()) {
-      McapMessage message;
-      if (reader.read(entry, message).ok()) {
-        EXPECT_LE(message.bytes.size(), all.size());
-      }
-    }
-  }
 }
 
 TEST(DatabaseBags, ThatAreNoneAreRefused)

@@ -5,8 +5,6 @@
 #include "support/recorded_streams.h"
 #include "support/ros1_bags.h"
 
-#include <random>
-
 namespace pcl_ext::PCL_EXT_ABI::recording::test {
 
 namespace {
@@ -450,38 +448,6 @@ TEST(Ros1Bags, WhoseMessagesComeFromLargeChunksInTurnHaveAnEnd)
   // Whoever goes back may read as much again.
   for (std::size_t i = chunks; i-- > 0;)
     EXPECT_TRUE(reader.read(reader.index()[i], message).ok());
-}
-
-TEST(Ros1Bags, OfAnyBytesHaveAnEnd)
-{
-  const TestFolder folder;
-  std::mt19937 random(7);
-  for (const char* const compression : compressions()) {
-    const Bytes all = bagOfChunks(compression, 3).bytes();
-    const std::size_t begin = Ros1Bag().begin();
-    std::size_t damaged_bags = 0;
-    for (int i = 0; i < 400; ++i) {
-      Bytes bytes = all;
-      for (int changes = 0; changes < 3; ++changes) {
-        // Half of the changes are in the headers at the end.
-        const std::size_t place = i % 2 == 0 ? begin + random() % (bytes.size() - begin)
-                                             : bytes.size() - 1 - random() % 1500;
-        bytes[random() % 8 == 0 ? random() % 60 : place] =
-            static_cast<std::uint8_t>(random() % 3 == 0 ? random() : random() % 16);
-      }
-      BagReader reader;
-      if (!open(reader, folder, bytes).ok())
-        continue;
-      ++damaged_bags;
-      EXPECT_LT(reader.index().size(), 10'000u);
-      McapMessage message;
-      for (const BagEntry& entry : reader.index())
-        if (!reader.read(entry, message).ok()) {
-          EXPECT_FALSE(reader.damage().empty());
-        }
-    }
-    EXPECT_GT(damaged_bags, 250u);
-  }
 }
 
 TEST(Ros1Bags, OfOtherFormatsAreNamed)

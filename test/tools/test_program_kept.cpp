@@ -52,7 +52,7 @@ organisedWall()
 
 using ProgramKept = ProgramTest;
 
-TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
+TEST_F(ProgramKept, RowsAndColumnsOfPoints)
 {
   const pcl::PointCloud<pcl::PointXYZI> sent = organisedWall();
   std::filesystem::create_directory(folder / "wall");
@@ -62,32 +62,11 @@ TEST_F(ProgramKept, RowsColumnsAndIntensitiesOfPoints)
   EXPECT_EQ(encoding.status, 0) << encoding.errors;
   EXPECT_TRUE(hasPart(encoding.errors, "kept only where")) << encoding.errors;
   expectRun("decode x.mcap -o out");
-  expectRun("decode x.mcap -o bright --min-intensity 100");
   const pcl::PointCloud<pcl::PointXYZI> received = readCloud(folder / "out/000000.pcd");
-  const pcl::PointCloud<pcl::PointXYZI> bright =
-      readCloud(folder / "bright/000000.pcd");
-  for (const auto* cloud : {&received, &bright}) {
-    ASSERT_EQ(cloud->width, 80u);
-    ASSERT_EQ(cloud->height, 60u);
-  }
-  std::size_t removed = 0;
-  for (std::size_t i = 0; i < sent.size(); ++i) {
+  ASSERT_EQ(received.width, 80u);
+  ASSERT_EQ(received.height, 60u);
+  for (std::size_t i = 0; i < sent.size(); ++i)
     ASSERT_EQ(std::isfinite(received[i].x), std::isfinite(sent[i].z)) << i;
-    if (!std::isfinite(sent[i].z)) {
-      EXPECT_FALSE(std::isfinite(bright[i].x));
-      continue;
-    }
-    ASSERT_LE((received[i].getVector3fMap() - sent[i].getVector3fMap())
-                  .lpNorm<Eigen::Infinity>(),
-              0.0010002f);
-    ASSERT_NEAR(received[i].intensity, sent[i].intensity, 0.5f);
-    removed += std::isfinite(bright[i].x) ? 0 : 1;
-    if (std::isfinite(bright[i].x)) {
-      EXPECT_EQ(bright[i].intensity, received[i].intensity);
-    }
-  }
-  EXPECT_GT(removed, 1000u);
-  EXPECT_LT(removed, 4000u);
 }
 
 TEST_F(ProgramKept, ScansWithoutRaysAreToldToBeSo)
