@@ -88,9 +88,9 @@ fitProjection(const std::vector<ProjectedPoint>& points,
         -image.x() * position, -image.y() * position;
     squares += equations * equations.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<decltype(squares)> solver(squares);
+  const SymmetricEigen eigen(squares);
   return Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
-      solver.eigenvectors().data()); // of the smallest eigenvalue
+      eigen.vectors.data()); // of the smallest eigenvalue
 }
 
 /** \brief The rays of a projection, unless points are behind it. */

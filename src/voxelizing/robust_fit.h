@@ -3,7 +3,9 @@
 
 #include <pcl_ext/version.h>
 
-#include <Eigen/Dense>
+#include "voxelizing/least_squares.h"
+
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
@@ -94,7 +96,7 @@ fitRobustly(const std::vector<Eigen::Matrix<double, count, 1>>& features,
         products += features[i] * targets[i];
       }
     // The smallest one of several, as where all points are equally far.
-    result = squares.completeOrthogonalDecomposition().solve(products);
+    result = solveLeastSquares(squares, products);
     for (std::size_t i = 0; i < targets.size(); ++i)
       errors[i] = finiteOrLargest(targets[i] - features[i].dot(result));
     const double last_error = error;

@@ -74,10 +74,9 @@ struct RowTerms {
   void
   solve()
   {
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(1e-9); // rows may be flat
-    decomposition.compute(weights.asDiagonal() * others);
-    solution = decomposition.solve(weights.asDiagonal() * common);
+    constexpr double threshold = 1e-9; // rows may be flat
+    solution = solveLeastSquares(
+        weights.asDiagonal() * others, weights.asDiagonal() * common, threshold);
     errors = common - others * solution;
   }
 };
@@ -93,8 +92,7 @@ fitSurfaces(std::vector<RowTerms>& rows)
       row.solve();
       squares += row.errors.transpose() * row.weights.asDiagonal() * row.errors;
     }
-    const Eigen::SelfAdjointEigenSolver<decltype(squares)> solver(squares);
-    common = solver.eigenvectors().col(0);
+    common = SymmetricEigen(squares).vectors.col(0);
     std::vector<double> errors;
     for (const RowTerms& row : rows)
       for (Eigen::Index i = 0; i < row.errors.rows(); ++i)
@@ -113,10 +111,10 @@ poseOf(const Coefficients& common, const std::vector<RowTerms>& rows)
   Eigen::Matrix3d form;
   form << common[0], common[2], common[3], common[2], common[1], common[4], common[3],
       common[4], -common[0] - common[1];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(form);
-  const Eigen::Vector3d& values = solver.eigenvalues();
+  const SymmetricEigen eigen(form);
+  const Eigen::Vector3d values = eigen.values;
   const int side = values[1] - values[0] > values[2] - values[1] ? 0 : 2;
-  Eigen::Vector3d axis = solver.eigenvectors().col(side);
+  Eigen::Vector3d axis = eigen.vectors.col(side);
   axis *= axis.z() < 0.0 ? -1.0 : 1.0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double weight = 0.0;
@@ -127,8 +125,10 @@ poseOf(const Coefficients& common, const std::vector<RowTerms>& rows)
     weight += row.weights.sum() * of_square * of_square;
   }
   WorldPose pose = WorldPose::Identity();
-  pose.linear() =
-      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), axis).matrix();
+  const Eigen::Vector3d turn = Eigen::Vector3d::UnitZ().cross(axis);
+  pose.linear() = Eigen::Quaterniond(1.0 + axis.z(), turn.x(), turn.y(), turn.z())
+                      .normalized()
+                      .matrix();
   pose.translation() = (sum - axis * axis.dot(sum)) / weight;
   return pose;
 }

@@ -46,8 +46,7 @@ removeRows(const std::vector<TurnPoint>& points,
       products[points[i].row] += features(i) * equations[i].transpose();
     }
   for (std::size_t row = 0; row < row_count; ++row)
-    products[row] =
-        squares[row].completeOrthogonalDecomposition().solve(products[row]).eval();
+    products[row] = solveLeastSquares(squares[row], products[row]);
   for (std::size_t i = 0; i < points.size(); ++i)
     equations[i] -= products[points[i].row].transpose() * features(i);
 }
@@ -151,9 +150,8 @@ improveMotion(std::vector<TurnPoint>& points,
       sum += angles[i] * angles[i].transpose();
   }
   const Eigen::Matrix<double, unknown_count, 1> step =
-      sum.topLeftCorner<unknown_count, unknown_count>()
-          .completeOrthogonalDecomposition()
-          .solve(sum.topRightCorner<unknown_count, 1>());
+      solveLeastSquares(sum.topLeftCorner<unknown_count, unknown_count>(),
+                        sum.topRightCorner<unknown_count, 1>());
   motion.velocity += step.head<3>();
   motion.spin.head<2>() += step.segment<2>(3);
   motion.shift.head<2>() += step.tail<2>();
