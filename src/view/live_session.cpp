@@ -83,6 +83,8 @@ public:
   }
 
 private:
+  using Buffers = std::array<asio::const_buffer, 2>;
+
   void
   begin()
   {
@@ -116,13 +118,10 @@ private:
         self->write();
     };
     socket_.text(message_.text != nullptr);
-    if (message_.text)
-      socket_.async_write(asio::buffer(*message_.text), std::move(done));
-    else
-      socket_.async_write(
-          std::array<asio::const_buffer, 2>{asio::buffer(message_.head),
-                                            asio::buffer(*message_.frame)},
-          std::move(done));
+    socket_.async_write(message_.text ? Buffers{asio::buffer(*message_.text)}
+                                      : Buffers{asio::buffer(message_.head),
+                                                asio::buffer(*message_.frame)},
+                        std::move(done));
   }
 
   void
@@ -160,7 +159,7 @@ private:
 
   ServedContent& content_;
   ConnectionToken token_;
-  websocket::stream<beast::tcp_stream> socket_;
+  websocket::stream<beast::tcp_stream, false> socket_;
   std::shared_ptr<ViewerQueue> queue_; // null before begin()
   beast::flat_buffer buffer_{max_message_bytes};
   OutgoingMessage message_; // that is being sent
