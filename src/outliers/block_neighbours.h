@@ -13,14 +13,19 @@
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-/** \brief By cell and the axes on which a face is crossed, a bit for each: the cells, of
- * its own block or of the next one, that are at most one voxel away, without itself. */
-using CellsNear = std::array<std::array<std::uint64_t, 8>, io::block_cells>;
+/** \brief The cells at most one voxel away from a cell of a block, without itself. */
+struct CellsNear {
+  /** \brief The axes, a bit for each, on which the cell is at a face of its block. Some of
+   * the others are in the blocks across one, two or three of these faces. */
+  unsigned int faces = 0;
+  /** \brief By the faces that are crossed: cells of the block there. */
+  std::array<std::uint64_t, 8> cells{};
+};
 
-constexpr CellsNear
+constexpr std::array<CellsNear, io::block_cells>
 makeCellsNear()
 {
-  CellsNear cells{};
+  std::array<CellsNear, io::block_cells> all{};
   // Each offset, as the position in four blocks of which the cell is in the middle ones.
   for (unsigned int cell = 0; cell < io::block_cells; ++cell)
     for (unsigned int offset = 0; offset < 27; ++offset) {
@@ -33,116 +38,104 @@ makeCellsNear()
         crossed |= (to < 4 || to > 7 ? 1u : 0u) << axis;
         other |= (to >> 1 & 1) << (5 - axis) | (to & 1) << (2 - axis);
       }
+      all[cell].faces |= crossed;
       if (other != cell)
-        cells[cell][crossed] |= std::uint64_t{1} << other;
+        all[cell].cells[crossed] |= std::uint64_t{1} << other;
     }
-  return cells;
+  return all;
 }
 
-inline constexpr CellsNear cells_near = makeCellsNear();
+inline constexpr std::array<CellsNear, io::block_cells> cells_near = makeCellsNear();
 
-/** \brief Finds the blocks around a block. What is counted there is a set of voxels: a
- * mask for each block, in the order of the blocks. Blocks are found by the node blocks
- * that they are in, which are so few that they stay in the processor's cache. */
+/** \brief The cells of a block that have an occupied one of the block at most one voxel
+ * away. */
+PCL_EXT_ALWAYS_INLINE std::uint64_t
+cellsAround(std::uint64_t occupied)
+{
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    occupied |= io::occupiedAcross(occupied, 0, axis) |
+                io::occupiedAcross(occupied, 0, axis + 3);
+  return occupied;
+}
+
+/** \brief Finds the blocks around a block, by the node blocks that they are in, which are
+ * so few that they stay in the processor's cache. Without branches, which would be
+ * mispredicted: a block that is not there has an index, too, at most their number. */
 class BlocksAround {
 public:
-  /** \brief Sets the blocks.
-   * \param[in] keys Morton keys of the blocks, ascending
-   * \param[in] depth of the grid of their voxels
-   */
   void
-  assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
+  clear()
   {
-    // Bits of x, y and z; x is the highest of each three.
-    const std::uint64_t all =
-        (std::uint64_t{1} << 3 * io::levelsAboveBlocks(depth)) - 1;
-    axes_ = {
-        0x4924924924924924 & all, 0x2492492492492492 & all, 0x9249249249249249 & all};
-    nodes_.assign(keys);
-    directory_.assign(nodes_.keys);
+    directory_.clear(nodes_.size());
+    nodes_.clear();
+    nodes_.append(0, 0, 0); // of blocks that are not there
   }
 
-  /** \brief The cells of a block that are in a set. */
-  std::uint64_t
-  maskOf(const std::vector<std::uint64_t>& set, std::uint64_t block) const
+  /** \brief Appends a block.
+   * \param[in] key Morton key, above those of the others
+   * \param[in] index number of the others */
+  void
+  append(std::uint64_t key, std::size_t index)
   {
-    const std::uint32_t node = directory_.find(block >> io::block_key_bits);
-    if (node == io::BlockDirectory::not_found)
-      return 0;
-    // Without a branch, which would be mispredicted.
+    const std::uint64_t node = key >> io::block_key_bits;
+    if (nodes_.size() == 1 || nodes_.keys.back() != node) {
+      directory_.insert(node);
+      nodes_.append(node, 0, static_cast<std::uint32_t>(index));
+    }
+    nodes_.masks.back() |= std::uint64_t{1} << key % io::block_cells;
+  }
+
+  struct Place {
+    std::size_t index;      ///< of a block
+    std::uint64_t is_there; ///< all bits, or none
+  };
+
+  Place
+  placeOf(std::uint64_t block) const
+  {
+    // Those that are not found have the node of index 0.
+    const std::uint32_t node = directory_.find(block >> io::block_key_bits) + 1;
     const std::uint64_t blocks = nodes_.masks[node];
-    const std::uint64_t is_there = 0 - (blocks >> block % io::block_cells & 1);
-    const std::uint64_t before =
-        blocks & ((std::uint64_t{1} << block % io::block_cells) - 1);
-    return set[(nodes_.first_voxels[node] + bitCount(before)) & is_there] & is_there;
+    const std::uint64_t bit = std::uint64_t{1} << block % io::block_cells;
+    return {nodes_.first_voxels[node] + bitCount(blocks & (bit - 1)),
+            0 - std::uint64_t{isNotZero(blocks & bit)}};
   }
 
-  /** \brief Number of the 26 voxels around a voxel that are in a set.
-   * \param[in] own the cells of the voxel's block that are in the set
-   * \param[in] key of the voxel
-   * \param[in] enough counting ends when it has reached this number
-   */
-  PCL_EXT_NEVER_INLINE unsigned int
-  count(const std::vector<std::uint64_t>& set,
-        std::uint64_t own,
-        std::uint64_t key,
-        unsigned int enough) const
+  /** \brief Visits the blocks that have some of the 26 voxels around a voxel, without its
+   * own.
+   * \param[in] visit called with the index of a block and these voxels, a mask of its cells;
+   * those of all blocks are different cells, and none are of a block that is not there */
+  template <typename VisitT>
+  void
+  visitOthers(std::uint64_t key, VisitT&& visit) const
   {
     const std::uint64_t block = key >> io::block_key_bits;
-    const auto cell = static_cast<unsigned int>(key % io::block_cells);
-    const std::array<std::uint64_t, 8>& near = cells_near[cell];
-    unsigned int number = bitCount(own & near[0]);
-    if (number >= enough)
-      return number;
-    // A bit for each axis on which the next block is near, and how its key differs.
-    unsigned int edges = 0;
-    std::array<std::uint64_t, 3> differences{};
+    const CellsNear& near = cells_near[key % io::block_cells];
+    // By the faces that are crossed, how the key of the other block differs. Outside of
+    // the grid it has bits that no block has.
+    std::array<std::uint64_t, 8> differences;
+    differences[0] = 0;
     for (unsigned int axis = 0; axis < 3; ++axis) {
-      const std::uint64_t is_above = 0 - std::uint64_t{cell >> (5 - axis) & 1};
-      const std::uint64_t position = block & axes_[axis];
       // Carries and borrows pass the bits of the other axes.
+      const std::uint64_t bits = std::uint64_t{0x1249249249249249} << (2 - axis);
       const std::uint64_t one = std::uint64_t{4} >> axis;
-      const std::uint64_t next = (position | (~axes_[axis] & is_above)) +
-                                 ((one & is_above) - (one & ~is_above));
-      differences[axis] = (next & axes_[axis]) ^ position;
-      edges |=
-          static_cast<unsigned int>((~(cell >> (5 - axis) ^ cell >> (2 - axis)) & 1 &
-                                     (position != (axes_[axis] & is_above) ? 1u : 0u))
-                                    << axis);
+      const std::uint64_t above = (block | ~bits) + one;
+      const std::uint64_t below = (block & bits) - one;
+      const std::uint64_t is_above = 0 - (key >> (5 - axis) & 1);
+      const std::uint64_t next = (above & is_above) | (below & ~is_above);
+      for (unsigned int others = 0; others < 1u << axis; ++others)
+        differences[others | 1u << axis] =
+            differences[others] ^ ((next ^ block) & bits);
     }
-    // The non-empty subsets of the edges, faces first.
-    for (unsigned int crossed = edges & (0 - edges); crossed != 0 && number < enough;
-         crossed = (crossed - edges) & edges) {
-      std::uint64_t other = block;
-      for (unsigned int axis = 0; axis < 3; ++axis)
-        other ^= differences[axis] & (0 - std::uint64_t{crossed >> axis & 1});
-      number += bitCount(maskOf(set, other) & near[crossed]);
+    for (unsigned int crossed = near.faces & (0 - near.faces); crossed != 0;
+         crossed = (crossed - near.faces) & near.faces) {
+      const Place other = placeOf(block ^ differences[crossed]);
+      visit(other.index, near.cells[crossed] & other.is_there);
     }
-    return number;
-  }
-
-  /** \brief Those of some cells of a block, none of a set, that have a voxel of the set
-   * among the 26 around them.
-   * \param[in] own the cells of the block that are in the set */
-  PCL_EXT_NEVER_INLINE std::uint64_t
-  nextTo(const std::vector<std::uint64_t>& set,
-         std::uint64_t own,
-         std::uint64_t block,
-         std::uint64_t cells) const
-  {
-    std::uint64_t near = own;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      near |= io::occupiedAcross(near, 0, axis) | io::occupiedAcross(near, 0, axis + 3);
-    std::uint64_t found = cells & near;
-    for (std::uint64_t left = cells & ~near; left != 0; left &= left - 1)
-      if (count(set, 0, block << io::block_key_bits | lowestBit(left), 1) != 0)
-        found |= left & (0 - left);
-    return found;
   }
 
 private:
-  std::array<std::uint64_t, 3> axes_{}; // the bits of x, y and z of a block's key
-  io::BlockList nodes_;                 // whose voxels are the blocks
+  io::BlockList nodes_; // whose voxels are the blocks
   io::BlockDirectory directory_;
 };
 
@@ -150,33 +143,30 @@ private:
 class BlockNeighbours {
 public:
   /** \brief Sets the voxels.
-   * \param[in] keys Morton keys, ascending
-   * \param[in] depth of their grid
-   */
+   * \param[in] keys Morton keys, ascending */
   void
-  assign(const std::vector<std::uint64_t>& keys, unsigned int depth)
+  assign(const std::vector<std::uint64_t>& keys)
   {
     blocks_.assign(keys);
-    around_.assign(blocks_.keys, depth);
+    findBlocks();
   }
 
-  /** \brief Sets the voxels to those, twice as wide, that have voxels of another set.
-   * \param[in] depth of their grid */
+  /** \brief Sets the voxels to those, twice as wide, that have voxels of another set. */
   void
-  assignOctants(const BlockNeighbours& finer, unsigned int depth)
+  assignOctants(const BlockNeighbours& finer)
   {
     blocks_.clear();
     for (std::size_t i = 0; i < finer.blocks_.size(); ++i) {
       const std::uint64_t key = finer.blocks_.keys[i] >> 3;
       const std::uint64_t octants = io::occupiedOctants(finer.blocks_.masks[i]);
       if (blocks_.keys.empty() || blocks_.keys.back() != key)
-        blocks_.append(key, 0, static_cast<std::uint32_t>(blocks_.voxelCount()));
+        blocks_.append(key, 0, 0);
       blocks_.masks.back() |= octants << 8 * (finer.blocks_.keys[i] & 7);
     }
-    around_.assign(blocks_.keys, depth);
+    findBlocks();
   }
 
-  /** \brief Their blocks. */
+  /** \brief Their blocks, and one mask more. */
   const io::BlockList&
   blocks() const
   {
@@ -185,35 +175,41 @@ public:
 
   /** \brief Number of the 26 voxels around a voxel that are in the set.
    * \param[in] key of the voxel
-   * \param[in] enough counting ends when it has reached this number
+   * \param[in] enough from this number on it may be too low
    */
   unsigned int
   count(std::uint64_t key, unsigned int enough = 26) const
   {
-    return around_.count(blocks_.masks, ownOf(key), key, enough);
+    std::uint64_t occupied = ownOf(key) & cells_near[key % io::block_cells].cells[0];
+    if (bitCount(occupied) < enough)
+      around_.visitOthers(key, [&](std::size_t block, std::uint64_t cells) {
+        occupied |= blocks_.masks[block] & cells;
+      });
+    return bitCount(occupied);
   }
 
   /** \brief True if a voxel, or one of the 26 around it, is in the set. */
   bool
   isNear(std::uint64_t key) const
   {
-    const std::uint64_t own = ownOf(key);
-    return (own >> key % io::block_cells & 1) != 0 ||
-           around_.count(blocks_.masks, own, key, 1) != 0;
-  }
-
-  /** \brief As BlocksAround::nextTo(). */
-  std::uint64_t
-  nextTo(std::uint64_t own, std::uint64_t block, std::uint64_t cells) const
-  {
-    return around_.nextTo(blocks_.masks, own, block, cells);
+    return (ownOf(key) >> key % io::block_cells & 1) != 0 || count(key, 1) != 0;
   }
 
 private:
+  void
+  findBlocks()
+  {
+    around_.clear();
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      around_.append(blocks_.keys[i], i);
+    blocks_.masks.push_back(0); // of blocks that are not there
+  }
+
   std::uint64_t
   ownOf(std::uint64_t key) const
   {
-    return around_.maskOf(blocks_.masks, key >> io::block_key_bits);
+    const BlocksAround::Place own = around_.placeOf(key >> io::block_key_bits);
+    return blocks_.masks[own.index] & own.is_there;
   }
 
   io::BlockList blocks_;

@@ -72,7 +72,7 @@ DirectionDepths::add(const Batch& points, std::size_t count, float least_depth)
     float& depth = face[squares[i] % face_size];
     // Without a branch, which would be mispredicted.
     seen[seen_count] = squares[i];
-    seen_count += static_cast<std::size_t>(depth == unseen);
+    seen_count += depth < unseen ? 0 : 1;
     depth = std::min(depth, depths[i]);
   }
   count_ = seen_count;

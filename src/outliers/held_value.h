@@ -86,10 +86,12 @@ private:
  * stays within a part of the noise. */
 class HeldValue {
 public:
-  /** \brief Takes the value of a further frame. */
+  /** \brief Takes the value of a frame.
+   * \param[in] is_first whether it begins anew with it */
   void
-  add(std::uint16_t value, UsualDeviations& usual)
+  add(std::uint16_t value, bool is_first, UsualDeviations& usual)
   {
+    frames_ = is_first ? 0 : frames_;
     const std::uint32_t scaled = std::uint32_t{value} << 8;
     const std::uint32_t distance = scaled > mean_ ? scaled - mean_ : mean_ - scaled;
     if (frames_ >= frames_until_usual)

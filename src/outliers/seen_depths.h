@@ -41,28 +41,28 @@ public:
       position_[axis] = static_cast<float>(voxels);
       nearest_[axis] = static_cast<std::int64_t>(std::round(voxels));
     }
-    io::VoxelPosition block{0, 0, 0}; // its first voxel
-    std::uint64_t block_key = 0;
-    DirectionDepths::Batch batch{};
-    std::size_t count = 0;
-    for (const std::uint64_t key : keys) {
-      const std::uint64_t cell = key % io::block_cells;
-      if (key - cell != block_key) {
-        block_key = key - cell;
-        block = io::voxelPosition(block_key);
+    std::uint64_t cube = 0;            // of 8 x 8 x 8 voxels
+    io::VoxelPosition lowest{0, 0, 0}; // voxel of the cube
+    std::array<std::array<std::int32_t, DirectionDepths::batch_size>, 3> at{};
+    for (std::size_t first = 0; first < keys.size(); first += at[0].size()) {
+      const std::size_t count = std::min(keys.size() - first, at[0].size());
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t key = keys[first + i];
+        if (key >> 9 != cube) {
+          cube = key >> 9;
+          lowest = io::voxelPosition(cube << 9);
+        }
+        const std::uint32_t bits = io::detail::axis_bits[key & 511];
+        at[0][i] = static_cast<std::int32_t>(lowest.x + (bits & 7));
+        at[1][i] = static_cast<std::int32_t>(lowest.y + (bits >> 3 & 7));
+        at[2][i] = static_cast<std::int32_t>(lowest.z + (bits >> 6));
       }
-      const std::uint32_t bits = io::detail::axis_bits[cell];
-      const auto [x, y, z] = fromSensor(
-          {block.x + (bits & 7), block.y + (bits >> 3 & 7), block.z + (bits >> 6)});
-      batch[0][count] = x;
-      batch[1][count] = y;
-      batch[2][count] = z;
-      if (++count == DirectionDepths::batch_size) {
-        depths_.add(batch, count, least_depth);
-        count = 0;
-      }
+      DirectionDepths::Batch batch;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (std::size_t i = 0; i < batch[axis].size(); ++i)
+          batch[axis][i] = static_cast<float>(at[axis][i]) - position_[axis];
+      depths_.add(batch, count, least_depth);
     }
-    depths_.add(batch, count, least_depth);
   }
 
   /** \brief True if a voxel of the frame is farther than others in its direction, so
@@ -83,7 +83,9 @@ public:
   isEmpty(std::uint64_t key, const DirectionDepths& rays, bool or_hidden) const
   {
     const Direction at = directionOf(key);
-    if (at.depth < least_depth)
+    // Mostly there is something in the middle.
+    if (at.depth < least_depth ||
+        (!or_hidden && depths_[at.square] <= at.depth + margin))
       return false;
     // Half of a voxel, in squares.
     const std::uint32_t radius = at.depth <= 28.0f    ? 3

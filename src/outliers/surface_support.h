@@ -121,10 +121,9 @@ public:
       highest_ = level;
       Level& around = levels_[level];
       if (level == 0)
-        around.occupied.assign(frame.keys, frame.grid.depth);
+        around.occupied.assign(frame.keys);
       else
-        around.occupied.assignOctants(levels_[level - 1].occupied,
-                                      frame.grid.depth - level);
+        around.occupied.assignOctants(levels_[level - 1].occupied);
       around.density.age();
       for (std::size_t i = 0; i < frame.size(); i += SurfaceDensity::sample_step)
         around.density.add(distance_of(frame.keys[i]),
@@ -149,12 +148,16 @@ public:
   }
 
   /** \brief The support of a voxel.
-   * \param[in] key of the voxel, which need not be of the frame
+   * \param[in] key of the voxel
    * \param[in] distance as above
+   * \param[in] neighbours that the frame has around it
    * \param[in] additional neighbours that it takes to have enough
    */
   Support
-  of(std::uint64_t key, std::uint64_t distance, unsigned int additional = 0) const
+  of(std::uint64_t key,
+     std::uint64_t distance,
+     unsigned int neighbours,
+     unsigned int additional = 0) const
   {
     const unsigned int level = levelAt(distance);
     const std::uint32_t mean = levels_[level].density.mean(distance);
@@ -162,7 +165,9 @@ public:
     const std::uint32_t least = mean < enough_neighbours ? 1 : 2;
     const std::uint32_t needed =
         std::clamp(mean * mean / (256 * 34), least, std::uint32_t{5}) + additional;
-    const unsigned int count = levels_[level].occupied.count(key >> 3 * level, needed);
+    const unsigned int count =
+        level == 0 ? neighbours
+                   : levels_[level].occupied.count(key >> 3 * level, needed);
     if (count >= needed)
       return Support::Enough;
     return count > 0 || mean < lone_neighbours ? Support::Some : Support::None;

@@ -80,7 +80,7 @@ public:
   std::size_t
   rememberedVoxels() const
   {
-    return history_.voxels().count;
+    return history_.size();
   }
 
 private:
@@ -115,7 +115,7 @@ private:
     else
       filterVoxels(frame, status);
     if (memory_rule_.shouldRelease(rememberedVoxels())) {
-      history_.releaseMemory();
+      history_.moveTo(frame.grid, frame.grid);
       presence_.releaseMemory();
       rays_ = DirectionDepths();
     }
@@ -126,15 +126,15 @@ private:
   void
   filterVoxels(io::VoxelFrame& frame, TemporalFilterStatus& status)
   {
-    presence_.beginVoxels(history_.voxels(), frame.grid.depth);
-    counts_ = history_.update(frame, presence_, holds_now_);
+    presence_.beginVoxels();
+    counts_ = history_.update(frame, presence_, holds_ && holds_now_);
     const std::size_t part =
         presence_.hitShares().isAnyNoisy() ? same_noisy_scene_part : same_scene_part;
     if (part * counts_.hit < shown_count_ ||
         rememberedVoxels() > mostTracked(frame.size())) {
       forgetVoxels();
       status = TemporalFilterStatus();
-      counts_ = history_.update(frame, presence_, holds_now_);
+      counts_ = history_.update(frame, presence_, holds_ && holds_now_);
     }
     status.held = counts_.held;
     status.hidden = frame.size() - (counts_.shown - counts_.held);
@@ -182,7 +182,6 @@ private:
   forgetVoxels()
   {
     history_.forget();
-    presence_.forgetVoxels();
     shown_count_ = 0;
   }
 

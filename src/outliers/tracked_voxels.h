@@ -4,90 +4,90 @@
 #include <pcl_ext/compression/voxel_grid.h>
 
 #include "bytes/reserve_ahead.h"
+#include "outliers/block_neighbours.h"
 #include "outliers/held_value.h"
 #include "voxels/voxel_block.h"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <new>
 #include <optional>
 #include <vector>
 
 namespace pcl_ext::PCL_EXT_ABI {
 
-/** \brief A voxel of the last frames. */
+/** \brief How often a voxel was occupied in the last frames. */
 struct TrackedVoxel {
   std::uint16_t occupancy = 0;  ///< running mean, 2^16 is 1
   std::uint8_t empty_ticks = 0; ///< of a shown one, since the last frame that had it
-  bool is_shown = false;
-  HeldValue intensity;
 };
 
 using HeldColour = std::array<HeldValue, 3>;
 
-/** \brief The voxels of the last frames and their blocks, ascending. */
-struct TrackedVoxels {
-  std::vector<std::uint64_t> blocks; ///< their keys
-  std::vector<std::uint64_t> shown;  ///< cells of each block that are shown
-  std::vector<std::uint64_t> seldom; ///< that are not
-  // One for each voxel, up to a count: longer vectors are not initialised each frame.
+/** \brief A block of voxels of the last frames. Each of its octants that has tracked cells
+ * has eight records, one for each of its voxels. */
+struct TrackedBlock {
+  std::uint64_t key;
+  std::uint64_t shown;                  ///< cells that are shown
+  std::uint64_t seldom;                 ///< that are tracked and are not
+  std::uint64_t hits;                   ///< that the current frame has
+  std::array<std::uint32_t, 8> records; ///< the first one of each octant
+
+  std::uint32_t
+  recordOf(unsigned int cell) const
+  {
+    return records[cell >> 3] + (cell & 7);
+  }
+};
+
+/** \brief The records of voxels. They stay where they are as long as their octant has
+ * cells, as moving them would take longer than what is done with them. */
+struct VoxelRecords {
   std::vector<TrackedVoxel> voxels;
-  std::vector<HeldColour> colours; ///< empty without colours
-  std::size_t count = 0;
+  std::vector<HeldValue> intensities; ///< empty without intensities
+  std::vector<HeldColour> colours;    ///< empty without colours
+  std::vector<std::uint32_t> unused;  ///< the first ones of octants that have no cells
 
-  void
-  clear()
+  /** \brief Gives an octant its records.
+   * \return the first one, below 2^31
+   * \throws std::bad_alloc if there are no more */
+  std::uint32_t
+  allocate(bool has_intensities, bool has_colours)
   {
-    blocks.clear();
-    shown.clear();
-    seldom.clear();
-    count = 0;
-  }
-
-  void
-  shrinkToFit()
-  {
-    blocks.shrink_to_fit();
-    shown.shrink_to_fit();
-    seldom.shrink_to_fit();
-    voxels.resize(count);
-    colours.resize(colours.empty() ? 0 : count);
-    voxels.shrink_to_fit();
-    colours.shrink_to_fit();
-  }
-
-  /** \brief Allocates memory for a number of voxels. */
-  void
-  reserve(std::size_t number, std::size_t block_number, bool has_colours)
-  {
-    io::reserveAhead(blocks, block_number);
-    io::reserveAhead(shown, block_number);
-    io::reserveAhead(seldom, block_number);
-    io::ensureSize(voxels, number);
-    io::ensureSize(colours, has_colours ? number : 0);
-  }
-
-  /** \brief Appends the block of the last voxels, if it has any, or adds some of its
-   * cells. */
-  void
-  pushBlock(std::uint64_t key, std::uint64_t shown_cells, std::uint64_t seldom_cells)
-  {
-    if ((shown_cells | seldom_cells) == 0)
-      return;
-    if (blocks.empty() || blocks.back() != key) {
-      blocks.push_back(key);
-      shown.push_back(0);
-      seldom.push_back(0);
+    if (unused.empty()) {
+      if (voxels.size() >> 31 != 0)
+        throw std::bad_alloc();
+      unused.push_back(static_cast<std::uint32_t>(voxels.size()));
+      const auto append = [](auto& vector) {
+        io::reserveAhead(vector, vector.size() + 8);
+        vector.resize(vector.size() + 8);
+      };
+      append(voxels);
+      if (has_intensities)
+        append(intensities);
+      if (has_colours)
+        append(colours);
     }
-    shown.back() |= shown_cells;
-    seldom.back() |= seldom_cells;
+    const std::uint32_t first = unused.back();
+    unused.pop_back();
+    return first;
   }
+};
+
+/** \brief The blocks of what is tracked and of a frame, as they were before it: ascending,
+ * and one more, of blocks that are not there. */
+struct MergedBlocks {
+  std::vector<TrackedBlock> blocks;
+  BlocksAround around;
 };
 
 /** \brief The key of a voxel in another grid of the same lattice; none outside. */
 inline std::optional<std::uint64_t>
 keyInGrid(const io::VoxelGrid& grid, const io::VoxelGrid& from, std::uint64_t key)
 {
+  if (grid == from)
+    return key;
   const io::VoxelPosition at = io::voxelPosition(key);
   std::array<std::int64_t, 3> to = {at.x, at.y, at.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -35,19 +35,22 @@ public:
   Counts
   update(const io::VoxelFrame& frame, VoxelPresence& presence, bool holds)
   {
+    mergeBlocks(presence.surfaces().occupied(0).blocks());
+    io::ensureSize(hits_, frame.size() + ahead);
     Counts counts;
-    const std::size_t block_count =
-        mergeBlocks(presence.surfaces().occupied(0).blocks(), presence, holds, counts);
-    // One more of each: what is not kept is written, too; of tracked_ a new voxel.
-    const bool has_colours = frame.colour_bits > 0;
-    tracked_.reserve(tracked_.count + 1, 0, has_colours);
-    next_.clear();
-    next_.reserve(tracked_.count + frame.size() + 1, block_count, has_colours);
-    io::ensureSize(hits_, frame.size() + 1);
-    keepVoxels(block_count, presence);
-    takeHits(frame, presence, counts);
+    tracked_.clear();
+    std::uint32_t* hit = hits_.data();
+    for (std::size_t i = 0; i + 1 < merged_.blocks.size(); ++i) {
+      TrackedBlock block = merged_.blocks[i];
+      presence.countShown(block, records_.voxels);
+      fadeSeldom(presence, block);
+      takeMisses(presence, holds, block, counts);
+      allocateRecords(merged_.blocks[i], frame, block);
+      hit = takeHits(i, presence, hit, block, counts);
+      if ((block.shown | block.seldom) != 0)
+        tracked_.push_back(block);
+    }
     learnValues(frame);
-    std::swap(tracked_, next_);
     return counts;
   }
 
@@ -57,29 +60,26 @@ public:
   show(io::VoxelFrame& frame, std::size_t count)
   {
     keys_.resize(count);
+    io::ensureSize(shown_, count + ahead);
     intensities_.resize(frame.hasIntensities() ? count : 0);
     colours_.resize(frame.colour_bits > 0 ? count : 0);
-    std::size_t first = 0; // voxel of a block
     std::size_t number = 0;
-    for (std::size_t i = 0; i < tracked_.blocks.size(); ++i) {
-      const std::uint64_t tracked = tracked_.shown[i] | tracked_.seldom[i];
-      for (std::uint64_t left = tracked_.shown[i]; left != 0; left &= left - 1) {
-        const std::size_t voxel = first + bitCount(tracked & ((left & (0 - left)) - 1));
-        const std::uint64_t key =
-            tracked_.blocks[i] << io::block_key_bits | lowestBit(left);
-        keys_[number] = key;
-        if (!intensities_.empty())
-          intensities_[number] =
-              symbolOf(frame, key, tracked_.voxels[voxel].intensity.shown());
-        if (!colours_.empty()) {
-          HeldColour& colour = tracked_.colours[voxel];
-          colours_[number] = {static_cast<std::uint8_t>(colour[0].shown()),
-                              static_cast<std::uint8_t>(colour[1].shown()),
-                              static_cast<std::uint8_t>(colour[2].shown())};
-        }
-        ++number;
+    for (const TrackedBlock& block : tracked_)
+      for (std::uint64_t left = block.shown; left != 0; left &= left - 1) {
+        const unsigned int cell = lowestBit(left);
+        keys_[number] = block.key << io::block_key_bits | cell;
+        shown_[number++] = block.recordOf(cell);
       }
-      first += bitCount(tracked);
+    for (std::size_t i = 0; i < intensities_.size(); ++i) {
+      prefetch(records_.intensities.data() + shown_[i + ahead]);
+      intensities_[i] =
+          symbolOf(frame, keys_[i], records_.intensities[shown_[i]].shown());
+    }
+    for (std::size_t i = 0; i < colours_.size(); ++i) {
+      HeldColour& colour = records_.colours[shown_[i]];
+      colours_[i] = {static_cast<std::uint8_t>(colour[0].shown()),
+                     static_cast<std::uint8_t>(colour[1].shown()),
+                     static_cast<std::uint8_t>(colour[2].shown())};
     }
     frame.keys.swap(keys_);
     frame.intensities.swap(intensities_);
@@ -87,35 +87,35 @@ public:
   }
 
   /** \brief Changes the keys of the voxels to those of another grid of the same lattice,
-   * and drops those that are not in it. */
+   * and drops those that are not in it. Releases memory that they do not need. */
   void
   moveTo(const io::VoxelGrid& grid, const io::VoxelGrid& from)
   {
-    std::vector<std::pair<std::uint64_t, std::size_t>> order;
-    order.reserve(tracked_.count);
-    std::size_t voxel = 0;
-    for (std::size_t i = 0; i < tracked_.blocks.size(); ++i)
-      for (std::uint64_t left = tracked_.shown[i] | tracked_.seldom[i]; left != 0;
-           left &= left - 1, ++voxel) {
-        const std::uint64_t key =
-            tracked_.blocks[i] << io::block_key_bits | lowestBit(left);
+    struct Moved {
+      std::uint64_t key;
+      std::size_t record;
+      bool is_shown;
+    };
+    std::vector<Moved> order;
+    order.reserve(count_);
+    for (const TrackedBlock& block : tracked_)
+      for (std::uint64_t left = block.shown | block.seldom; left != 0;
+           left &= left - 1) {
+        const unsigned int cell = lowestBit(left);
+        const std::uint64_t key = block.key << io::block_key_bits | cell;
         if (const std::optional<std::uint64_t> moved = keyInGrid(grid, from, key))
-          order.emplace_back(*moved, voxel);
+          order.push_back(
+              {*moved, block.recordOf(cell), (block.shown >> cell & 1) != 0});
       }
-    std::sort(order.begin(), order.end());
-    next_.clear();
-    next_.reserve(order.size(), order.size(), !tracked_.colours.empty());
-    for (const auto& [key, i] : order) {
-      const TrackedVoxel& moved = next_.voxels[next_.count] = tracked_.voxels[i];
-      if (!tracked_.colours.empty())
-        next_.colours[next_.count] = tracked_.colours[i];
-      ++next_.count;
-      const std::uint64_t cell = std::uint64_t{1} << key % io::block_cells;
-      next_.pushBlock(key >> io::block_key_bits,
-                      moved.is_shown ? cell : 0,
-                      moved.is_shown ? 0 : cell);
-    }
-    std::swap(tracked_, next_);
+    std::sort(order.begin(), order.end(), [](const Moved& a, const Moved& b) {
+      return a.key < b.key;
+    });
+    VoxelHistory moved;
+    moved.usual_intensities_ = usual_intensities_;
+    moved.usual_colours_ = usual_colours_;
+    for (const Moved& voxel : order)
+      moved.add(voxel.key, voxel.is_shown, records_, voxel.record);
+    *this = std::move(moved);
   }
 
   /** \brief Changes the shown symbols to those of another scale, and learns values anew.
@@ -123,48 +123,30 @@ public:
   void
   changeScale(const io::IntensityScale& scale, const io::IntensityScale& from)
   {
-    for (std::size_t i = 0; i < tracked_.count; ++i) {
-      HeldValue& value = tracked_.voxels[i].intensity;
+    for (HeldValue& value : records_.intensities) {
       const std::uint32_t symbol = io::lowestSymbol(scale, from.value(value.shown()));
       value.restart(static_cast<std::uint16_t>(std::min(symbol, scale.maxSymbol())));
     }
     usual_intensities_ = UsualDeviations();
   }
 
-  /** \brief Releases memory that the voxels do not need. */
-  void
-  releaseMemory()
+  /** \brief Number of voxels. */
+  std::size_t
+  size() const
   {
-    VoxelHistory kept;
-    kept.tracked_ = std::move(tracked_);
-    kept.tracked_.shrinkToFit();
-    kept.usual_intensities_ = usual_intensities_;
-    kept.usual_colours_ = usual_colours_;
-    *this = std::move(kept);
-  }
-
-  const TrackedVoxels&
-  voxels() const
-  {
-    return tracked_;
+    return count_;
   }
 
   void
   forget()
   {
     tracked_.clear();
+    records_ = VoxelRecords();
+    count_ = 0;
   }
 
 private:
-  /** \brief The cells of a block, of the last frame and of the current one. */
-  struct BlockCells {
-    std::uint64_t key;
-    std::uint64_t tracked;
-    std::uint64_t shown;  // that stay so, but for those that the frame makes shown
-    std::uint64_t fading; // neither shown before nor hit
-    std::uint64_t hits;   // that the frame has
-    std::uint64_t near;   // next to shown ones, or to hits, see VoxelPresence::nextTo()
-  };
+  static constexpr std::size_t ahead = 12; // record that is prefetched
 
   /** \brief With a depth model values are numbers of points, as the coders derive them
    * (doc/bitstream.md, "Depth model"): a shown symbol is then what they predict. */
@@ -192,137 +174,181 @@ private:
         std::min<std::uint64_t>(symbol, frame.intensity_scale.maxSymbol()));
   }
 
-  /** \brief Lists the blocks of the tracked voxels and of the frame, and decides which of
-   * the shown voxels that it has not stay shown.
-   * \return number of blocks */
-  std::size_t
-  mergeBlocks(const io::BlockList& hits,
-              VoxelPresence& presence,
-              bool holds,
-              Counts& counts)
+  /** \brief Sets merged_ to the blocks of what is tracked and of the frame. */
+  void
+  mergeBlocks(const io::BlockList& hits)
   {
-    io::ensureSize(blocks_, tracked_.blocks.size() + hits.size());
-    TrackedVoxel* voxels = tracked_.voxels.data();
-    std::size_t count = 0;
-    std::size_t i = 0;
+    merged_.blocks.clear();
+    merged_.around.clear();
+    auto tracked = tracked_.begin();
     std::size_t j = 0;
-    for (; i < tracked_.blocks.size() || j < hits.size(); ++count) {
-      const std::uint64_t tracked =
-          i < tracked_.blocks.size() ? tracked_.blocks[i] : ~std::uint64_t{0};
-      const std::uint64_t hit = j < hits.size() ? hits.keys[j] : ~std::uint64_t{0};
-      BlockCells block{std::min(tracked, hit), 0, 0, 0, 0, 0};
-      if (hit <= tracked)
+    while (tracked != tracked_.end() || j < hits.size()) {
+      TrackedBlock block{~std::uint64_t{0}, 0, 0, 0, {}};
+      if (tracked != tracked_.end() &&
+          (j == hits.size() || tracked->key <= hits.keys[j])) {
+        block = *tracked++;
+        block.hits = 0;
+      }
+      if (j < hits.size() && hits.keys[j] <= block.key) {
+        block.key = hits.keys[j];
         block.hits = hits.masks[j++];
-      if (tracked <= hit) {
-        block.shown = tracked_.shown[i];
-        block.fading = tracked_.seldom[i] & ~block.hits;
-        block.tracked = tracked_.shown[i] | tracked_.seldom[i];
-        ++i;
       }
-      block.near = presence.nextTo(tracked_, block.key, block.shown, block.hits);
-      presence.countShown(block.key, block.shown, block.hits, block.tracked, voxels);
-      for (std::uint64_t left = block.shown & ~block.hits; left != 0;
-           left &= left - 1) {
-        const std::uint64_t bit = left & (0 - left);
-        TrackedVoxel& voxel = voxels[bitCount(block.tracked & (bit - 1))];
-        const std::uint64_t key = block.key << io::block_key_bits | lowestBit(left);
-        const bool is_near = (block.near & bit) != 0;
-        counts.left += presence.countMiss(key, is_near, holds, voxel) ? 1 : 0;
-        block.shown ^= voxel.is_shown ? 0 : bit;
-      }
-      counts.held += bitCount(block.shown & ~block.hits);
-      counts.hit += bitCount(block.shown & block.hits);
-      voxels += bitCount(block.tracked);
-      blocks_[count] = block;
+      merged_.around.append(block.key, merged_.blocks.size());
+      merged_.blocks.push_back(block);
     }
-    counts.shown = counts.held + counts.hit;
-    return count;
+    merged_.blocks.push_back({});
   }
 
-  /** \brief Copies the tracked voxels to next_, but for those that are forgotten, and adds
-   * new ones. Without branches on the kind of a voxel, which would be mispredicted. */
+  /** \brief Takes the voxels that are not shown and that the frame has not. */
   void
-  keepVoxels(std::size_t block_count, const VoxelPresence& presence)
+  fadeSeldom(const VoxelPresence& presence, TrackedBlock& block)
   {
-    const bool has_colours = !next_.colours.empty();
-    const std::size_t new_voxel = tracked_.count;
-    tracked_.voxels[new_voxel] = TrackedVoxel();
-    if (has_colours)
-      tracked_.colours[new_voxel] = HeldColour();
-    const TrackedVoxel* const from = tracked_.voxels.data();
-    TrackedVoxel* const to = next_.voxels.data();
-    std::uint64_t* hit = hits_.data();
-    std::size_t index = 0;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < block_count; ++i) {
-      const BlockCells& block = blocks_[i];
-      const std::uint64_t gone = block.tracked & ~(block.shown | block.hits);
-      std::uint64_t kept = 0;
-      for (std::uint64_t left = block.tracked | block.hits; left != 0;
-           left &= left - 1) {
-        const unsigned int cell = lowestBit(left);
-        const auto is_tracked = static_cast<std::size_t>(block.tracked >> cell & 1);
-        const std::size_t voxel = new_voxel + ((index - new_voxel) & (0 - is_tracked));
-        const std::uint32_t occupancy =
-            presence.fade(from[voxel].occupancy, block.fading >> cell & 1);
-        index += is_tracked;
-        to[count] = from[voxel];
-        to[count].occupancy = static_cast<std::uint16_t>(occupancy);
-        if (has_colours)
-          next_.colours[count] = tracked_.colours[voxel];
-        *hit = count << 1 | (block.near >> cell & 1);
-        hit += block.hits >> cell & 1;
-        const std::uint64_t is_kept =
-            1 ^ (presence.isForgotten(occupancy) & gone >> cell);
-        kept |= is_kept << cell;
-        count += static_cast<std::size_t>(is_kept);
-      }
-      next_.pushBlock(block.key, block.shown, kept & ~block.shown);
+    TrackedVoxel* const voxels = records_.voxels.data();
+    for (std::uint64_t left = block.seldom & ~block.hits; left != 0; left &= left - 1) {
+      const unsigned int cell = lowestBit(left);
+      const std::uint64_t is_forgotten =
+          presence.fade(voxels[block.recordOf(cell)].occupancy);
+      block.seldom ^= is_forgotten << cell;
+      count_ -= static_cast<std::size_t>(is_forgotten);
     }
-    next_.count = count;
   }
 
-  /** \brief Decides which of the voxels of the frame are shown. */
+  /** \brief Decides which of the shown voxels that the frame has not stay shown. */
   void
-  takeHits(const io::VoxelFrame& frame, const VoxelPresence& presence, Counts& counts)
+  takeMisses(const VoxelPresence& presence,
+             bool holds,
+             TrackedBlock& block,
+             Counts& counts)
   {
-    std::size_t block = 0;
-    for (std::size_t i = 0; i < frame.size(); ++i) {
-      const std::uint64_t key = frame.keys[i];
-      TrackedVoxel& voxel = next_.voxels[hits_[i] >> 1];
-      if (!presence.countHit(tracked_, key, (hits_[i] & 1) != 0, voxel))
+    std::uint64_t left = block.shown & ~block.hits;
+    if (left == 0)
+      return;
+    const std::uint64_t near = cellsAround(block.hits);
+    for (; left != 0; left &= left - 1) {
+      const unsigned int cell = lowestBit(left);
+      TrackedVoxel& voxel = records_.voxels[block.recordOf(cell)];
+      const Miss miss = presence.countMiss(merged_,
+                                           block.key << io::block_key_bits | cell,
+                                           (near >> cell & 1) != 0,
+                                           voxel);
+      counts.left += miss == Miss::Left ? 1 : 0;
+      if (miss == Miss::Held || (miss == Miss::Left && holds)) {
+        ++counts.held;
+        ++counts.shown;
         continue;
-      ++counts.shown;
-      while (next_.blocks[block] != key >> io::block_key_bits)
-        ++block;
-      const std::uint64_t bit = std::uint64_t{1} << key % io::block_cells;
-      next_.shown[block] |= bit;
-      next_.seldom[block] ^= bit;
+      }
+      const std::uint64_t is_forgotten = presence.isForgotten(voxel.occupancy);
+      block.shown ^= left & (0 - left);
+      block.seldom |= (1 ^ is_forgotten) << cell;
+      count_ -= static_cast<std::size_t>(is_forgotten);
     }
+  }
+
+  /** \brief Gives records to the octants that have cells now, and takes them from those
+   * that have none any more. */
+  void
+  allocateRecords(const TrackedBlock& before,
+                  const io::VoxelFrame& frame,
+                  TrackedBlock& block)
+  {
+    const unsigned int had = io::occupiedOctants(before.shown | before.seldom);
+    const unsigned int has =
+        io::occupiedOctants(block.shown | block.seldom | block.hits);
+    for (unsigned int left = had & ~has; left != 0; left &= left - 1)
+      records_.unused.push_back(block.records[lowestBit(left)]);
+    for (unsigned int left = has & ~had; left != 0; left &= left - 1)
+      block.records[lowestBit(left)] =
+          records_.allocate(frame.hasIntensities(), frame.colour_bits > 0);
+  }
+
+  /** \brief Takes the voxels of the frame, and decides which become shown.
+   * \param[in] index of the block
+   * \param[out] hit of hits_
+   * \return the end of those of the block */
+  std::uint32_t*
+  takeHits(std::size_t index,
+           const VoxelPresence& presence,
+           std::uint32_t* hit,
+           TrackedBlock& block,
+           Counts& counts)
+  {
+    if (block.hits == 0)
+      return hit;
+    const std::uint64_t was_shown = merged_.blocks[index].shown;
+    const std::uint64_t tracked = was_shown | merged_.blocks[index].seldom;
+    std::uint64_t unclear = ~cellsAround(was_shown);
+    TrackedVoxel* const voxels = records_.voxels.data();
+    for (std::uint64_t left = block.hits; left != 0; left &= left - 1) {
+      const unsigned int cell = lowestBit(left);
+      const std::uint32_t record = block.recordOf(cell);
+      const auto is_tracked = static_cast<std::uint32_t>(tracked >> cell & 1);
+      *hit++ = record << 1 | is_tracked;
+      unclear |= presence.countHit(is_tracked != 0, voxels[record]) << cell;
+    }
+    for (std::uint64_t left = unclear & block.hits & ~was_shown; left != 0;
+         left &= left - 1) {
+      const unsigned int cell = lowestBit(left);
+      if (presence.becomesShown(merged_, index, cell, voxels[block.recordOf(cell)]))
+        block.shown |= left & (0 - left);
+    }
+    count_ += bitCount(block.hits & ~tracked);
+    counts.hit += bitCount(was_shown & block.hits);
+    counts.shown += bitCount(block.shown & block.hits);
+    block.seldom = (block.seldom | block.hits) & ~block.shown;
+    return hit;
   }
 
   /** \brief Takes the intensities and the colours of the frame's voxels. */
   void
   learnValues(const io::VoxelFrame& frame)
   {
-    for (std::size_t i = 0; frame.hasIntensities() && i < frame.size(); ++i)
-      next_.voxels[hits_[i] >> 1].intensity.add(valueOf(frame, i), usual_intensities_);
+    for (std::size_t i = 0; frame.hasIntensities() && i < frame.size(); ++i) {
+      prefetch(records_.intensities.data() + (hits_[i + ahead] >> 1));
+      records_.intensities[hits_[i] >> 1].add(
+          valueOf(frame, i), (hits_[i] & 1) == 0, usual_intensities_);
+    }
     for (std::size_t i = 0; frame.colour_bits > 0 && i < frame.size(); ++i) {
-      HeldColour& colour = next_.colours[hits_[i] >> 1];
-      colour[0].add(frame.colours[i].r, usual_colours_);
-      colour[1].add(frame.colours[i].g, usual_colours_);
-      colour[2].add(frame.colours[i].b, usual_colours_);
+      HeldColour& colour = records_.colours[hits_[i] >> 1];
+      const bool is_first = (hits_[i] & 1) == 0;
+      colour[0].add(frame.colours[i].r, is_first, usual_colours_);
+      colour[1].add(frame.colours[i].g, is_first, usual_colours_);
+      colour[2].add(frame.colours[i].b, is_first, usual_colours_);
     }
   }
 
-  TrackedVoxels tracked_;
+  /** \brief Appends a voxel that has a record in another history. */
+  void
+  add(std::uint64_t key, bool is_shown, const VoxelRecords& from, std::size_t record)
+  {
+    const std::uint64_t block = key >> io::block_key_bits;
+    const auto cell = static_cast<unsigned int>(key % io::block_cells);
+    if (tracked_.empty() || tracked_.back().key != block)
+      tracked_.push_back({block, 0, 0, 0, {}});
+    TrackedBlock& last = tracked_.back();
+    if (((last.shown | last.seldom) >> (cell & ~7u) & 0xff) == 0)
+      last.records[cell >> 3] =
+          records_.allocate(!from.intensities.empty(), !from.colours.empty());
+    (is_shown ? last.shown : last.seldom) |= std::uint64_t{1} << cell;
+    const std::size_t to = last.recordOf(cell);
+    records_.voxels[to] = from.voxels[record];
+    if (!from.intensities.empty())
+      records_.intensities[to] = from.intensities[record];
+    if (!from.colours.empty())
+      records_.colours[to] = from.colours[record];
+    ++count_;
+  }
+
+  std::vector<TrackedBlock> tracked_; // ascending
+  VoxelRecords records_;              // of their voxels
+  std::size_t count_ = 0;             // of these
   UsualDeviations usual_intensities_;
   UsualDeviations usual_colours_;
   // Of the current frame; members so that their memory is reused.
-  TrackedVoxels next_;
-  std::vector<BlockCells> blocks_;
-  std::vector<std::uint64_t> hits_; // voxel of next_, twice, plus 1 for a near one
-  std::vector<std::uint64_t> keys_; // of the shown ones
+  MergedBlocks merged_;
+  std::vector<std::uint32_t>
+      hits_; // records of the frame's voxels, twice, plus 1 if old
+  std::vector<std::uint32_t> shown_; // records of the shown ones
+  std::vector<std::uint64_t> keys_;  // of these
   std::vector<std::uint16_t> intensities_;
   std::vector<io::VoxelColour> colours_;
 };

@@ -33,7 +33,7 @@ const VoxelPresence::Persistence VoxelPresence::dense = {
 /** \brief Where not each frame hits all voxels of a surface: they are shown sooner and
  * hidden later. */
 const VoxelPresence::Persistence VoxelPresence::sparse = {
-    certain * 2 / 5, certain / 7, 8};
+    least_frequent, certain / 7, 8};
 
 /** \brief Where few of the shown voxels are hit, as noise is larger than they are. */
 const VoxelPresence::Persistence VoxelPresence::noisy = {
@@ -63,9 +63,8 @@ VoxelPresence::beginFrame(const io::VoxelFrame& frame,
 }
 
 void
-VoxelPresence::beginVoxels(const TrackedVoxels& tracked, unsigned int depth)
+VoxelPresence::beginVoxels()
 {
-  around_.assign(tracked.blocks, depth);
   hit_shares_.age();
   until_sample_ = 0;
 }
@@ -91,49 +90,56 @@ VoxelPresence::look(const io::VoxelFrame& frame,
   has_depths_ = 4 * behind_sample_step * behind <= frame.size();
 }
 
-/** \brief True where voxels come and go, as at the edges of things, whose pixels are
- * partly of what is behind. With more of them it is a surface that appears. */
 bool
-VoxelPresence::isAmongSeldomVoxels(const TrackedVoxels& tracked,
-                                   std::uint64_t key) const
+VoxelPresence::becomesShown(const MergedBlocks& merged,
+                            std::size_t block,
+                            unsigned int cell,
+                            TrackedVoxel& voxel) const
 {
-  const std::uint64_t own = around_.maskOf(tracked.seldom, key >> io::block_key_bits);
-  const unsigned int number =
-      around_.count(tracked.seldom, own, key, most_seldom_neighbours + 1);
-  return number >= least_seldom_neighbours && number <= most_seldom_neighbours;
-}
-
-/** \brief Decides whether a voxel that the frame has becomes shown. */
-void
-VoxelPresence::judgeHidden(const TrackedVoxels& tracked,
-                           std::uint64_t key,
-                           bool is_next_to_shown,
-                           TrackedVoxel& voxel) const
-{
-  // Most voxels end here, next to a shown one.
-  if (voxel.occupancy <= sparse.shown_above && is_next_to_shown)
-    return;
+  const std::uint64_t own = cells_near[cell].cells[0];
+  const TrackedBlock& here = merged.blocks[block];
+  const std::uint64_t key = here.key << io::block_key_bits | cell;
   const std::uint64_t distance = distanceOf(key);
   const bool is_sparse = surfaces_.isSparse(distance);
   const bool is_frequent = voxel.occupancy > (is_sparse ? sparse : dense).shown_above;
-  if (!is_frequent && is_next_to_shown)
-    return;
-  Support support = surfaces_.of(key, distance);
-  if (support == Support::Enough && !is_frequent && !is_sparse &&
-      isAmongSeldomVoxels(tracked, key))
-    support = surfaces_.of(key, distance, 1);
+  // Of the 26 voxels around it.
+  std::uint64_t shown = here.shown & own;
+  std::uint64_t seldom = here.seldom & own;
+  std::uint64_t hits = here.hits & own;
+  if (!is_frequent && shown != 0)
+    return false;
+  merged.around.visitOthers(key, [&](std::size_t other, std::uint64_t cells) {
+    shown |= merged.blocks[other].shown & cells;
+    seldom |= merged.blocks[other].seldom & cells;
+    hits |= merged.blocks[other].hits & cells;
+  });
+  if (!is_frequent && shown != 0)
+    return false;
+  // Where voxels come and go, as at the edges of things, whose pixels are partly of what
+  // is behind, it takes one more. With more of them it is a surface that appears.
+  const bool is_among_seldom = !is_frequent && !is_sparse &&
+                               bitCount(seldom) >= least_seldom_neighbours &&
+                               bitCount(seldom) <= most_seldom_neighbours;
+  const Support support =
+      surfaces_.of(key, distance, bitCount(hits), is_among_seldom ? 1 : 0);
   if (support == Support::Enough && !is_frequent)
     voxel.occupancy = certain;
-  voxel.is_shown =
-      support == Support::Enough || (is_frequent && support == Support::Some);
+  return support == Support::Enough || (is_frequent && support == Support::Some);
 }
 
-bool
-VoxelPresence::countMiss(std::uint64_t key,
+Miss
+VoxelPresence::countMiss(const MergedBlocks& merged,
+                         std::uint64_t key,
                          bool is_next_to_hit,
-                         bool holds,
                          TrackedVoxel& voxel) const
 {
+  if (!is_next_to_hit) {
+    std::uint64_t hits = 0;
+    merged.around.visitOthers(key, [&](std::size_t other, std::uint64_t cells) {
+      hits |= merged.blocks[other].hits & cells;
+    });
+    is_next_to_hit = hits != 0;
+  }
   // A surface that is in the next voxel of this frame may be in this one in the next.
   voxel.empty_ticks = static_cast<std::uint8_t>(std::min(
       voxel.empty_ticks + (is_next_to_hit ? FrameTicks::usual : ticks_), 0xffu));
@@ -142,17 +148,12 @@ VoxelPresence::countMiss(std::uint64_t key,
   const bool has_left = !is_next_to_hit && (!holds_ || !isOfNoisySurface(key));
   if (has_depths_ && voxel.empty_ticks > ticks_to_look &&
       depths_.isEmpty(key, *rays_, has_left)) {
-    voxel.is_shown = false;
     voxel.occupancy = 0;
-    return false;
+    return Miss::Ended;
   }
-  if (hasEnded(voxel, dense) && hasEnded(voxel, persistenceOf(key))) {
-    voxel.is_shown = false;
-    return false;
-  }
-  if (has_left)
-    voxel.is_shown = holds_ && holds;
-  return has_left;
+  if (hasEnded(voxel, dense) && hasEnded(voxel, persistenceOf(key)))
+    return Miss::Ended;
+  return has_left ? Miss::Left : Miss::Held;
 }
 
 bool

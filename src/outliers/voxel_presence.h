@@ -3,7 +3,6 @@
 
 #include <pcl_ext/compression/voxel_frame.h>
 
-#include "outliers/block_neighbours.h"
 #include "outliers/direction_depths.h"
 #include "outliers/frame_ticks.h"
 #include "outliers/hit_shares.h"
@@ -17,6 +16,10 @@
 #include <optional>
 
 namespace pcl_ext::PCL_EXT_ABI {
+
+/** \brief What becomes of a shown voxel that a frame has not: it is held, or it has ended.
+ * Left: nothing near is measured, so that it is held if anything is. */
+enum class Miss { Held, Left, Ended };
 
 /** \brief Decides which tracked voxels are shown (doc/temporal_filter.md, "Rules"). */
 class VoxelPresence {
@@ -38,110 +41,79 @@ public:
              const DirectionDepths& rays,
              unsigned int ticks);
 
-  /** \brief Takes what is tracked, and begins to count the frame's voxels.
-   * \param[in] depth of the grid */
+  /** \brief Begins to count the frame's voxels. */
   void
-  beginVoxels(const TrackedVoxels& tracked, unsigned int depth);
+  beginVoxels();
 
   /** \brief Counts the voxels of a block that are shown by the last frame, for what is
-   * usual.
-   * \param[in] hits cells that the frame has
-   * \param[in] tracked cells of the block
-   * \param[in] voxels of these */
+   * usual. */
   void
-  countShown(std::uint64_t block,
-             std::uint64_t shown,
-             std::uint64_t hits,
-             std::uint64_t tracked,
-             const TrackedVoxel* voxels)
+  countShown(const TrackedBlock& block, const std::vector<TrackedVoxel>& voxels)
   {
-    const unsigned int number = bitCount(shown);
+    const unsigned int number = bitCount(block.shown);
     for (; until_sample_ < number; until_sample_ += HitShares::sample_step) {
-      std::uint64_t left = shown;
+      std::uint64_t left = block.shown;
       for (std::size_t i = 0; i < until_sample_; ++i)
         left &= left - 1;
-      const std::uint64_t bit = left & (0 - left);
-      hit_shares_.add(distanceOf(block << io::block_key_bits | lowestBit(left)),
-                      voxels[bitCount(tracked & (bit - 1))].empty_ticks > 0,
-                      (hits & bit) != 0);
+      const unsigned int cell = lowestBit(left);
+      hit_shares_.add(distanceOf(block.key << io::block_key_bits | cell),
+                      voxels[block.recordOf(cell)].empty_ticks > 0,
+                      (block.hits >> cell & 1) != 0);
     }
     until_sample_ -= number;
   }
 
-  /** \brief Of the cells of a block that the frame has and that are not shown, those next
-   * to what is shown, and of the shown ones that it has not those next to what it has.
-   * \param[in] tracked as in beginVoxels(), or nothing since forgetVoxels()
-   * \param[in] shown,hits cells of the block that are shown, and that the frame has */
+  /** \brief Takes a voxel that the frame has.
+   * \param[in] is_tracked whether it was before
+   * \return 1 if it may become shown next to a shown one, else 0 */
   std::uint64_t
-  nextTo(const TrackedVoxels& tracked,
-         std::uint64_t block,
-         std::uint64_t shown,
-         std::uint64_t hits) const
+  countHit(bool is_tracked, TrackedVoxel& voxel) const
   {
-    const std::uint64_t new_hits = hits & ~shown;
-    const std::uint64_t missed = shown & ~hits;
-    return (new_hits == 0 ? 0 : around_.nextTo(tracked.shown, shown, block, new_hits)) |
-           (missed == 0 ? 0 : surfaces_.occupied(0).nextTo(hits, block, missed));
+    const std::uint32_t occupancy = is_tracked ? voxel.occupancy : 0u;
+    voxel.empty_ticks = 0;
+    voxel.occupancy =
+        static_cast<std::uint16_t>(occupancy + (((certain - occupancy) * rate_) >> 16));
+    return (least_frequent - voxel.occupancy) >> 31;
   }
 
-  /** \brief Takes a voxel that the frame has.
-   * \param[in] tracked as above
-   * \param[in] is_next_to_shown whether it is not shown, and something next to it is
-   * \return whether it becomes shown */
+  /** \brief Decides whether a voxel that the frame has, and that was not shown, becomes
+   * shown: one that may, or that has no shown one next to it in its block.
+   * \param[in] block index of its block */
   bool
-  countHit(const TrackedVoxels& tracked,
-           std::uint64_t key,
-           bool is_next_to_shown,
-           TrackedVoxel& voxel) const
-  {
-    voxel.empty_ticks = 0;
-    voxel.occupancy = static_cast<std::uint16_t>(
-        voxel.occupancy + (((certain - voxel.occupancy) * rate_) >> 16));
-    if (voxel.is_shown)
-      return false;
-    judgeHidden(tracked, key, is_next_to_shown, voxel);
-    return voxel.is_shown;
-  }
+  becomesShown(const MergedBlocks& merged,
+               std::size_t block,
+               unsigned int cell,
+               TrackedVoxel& voxel) const;
 
   /** \brief Takes a shown voxel that the frame has not.
-   * \param[in] is_next_to_hit whether the frame has one of the 26 around it
-   * \param[in] holds whether it may stay where nothing near is measured, in this frame
-   * \return whether it has not ended, and nothing near is measured
-   */
-  bool
-  countMiss(std::uint64_t key,
+   * \param[in] is_next_to_hit whether the frame has one next to it in its block */
+  Miss
+  countMiss(const MergedBlocks& merged,
+            std::uint64_t key,
             bool is_next_to_hit,
-            bool holds,
             TrackedVoxel& voxel) const;
 
-  /** \brief The occupancy of a voxel that the frame has not and that is not shown, if
-   * fades is 1, or as it is. By arithmetic, as branches would be mispredicted. */
-  std::uint32_t
-  fade(std::uint32_t occupancy, std::uint64_t fades) const
+  /** \brief Takes a voxel that the frame has not, and that is not shown.
+   * \return as isForgotten() */
+  std::uint64_t
+  fade(std::uint16_t& occupancy) const
   {
-    return occupancy -
-           (occupancy * (rate_ & (0 - static_cast<std::uint32_t>(fades))) >> 16);
+    occupancy = static_cast<std::uint16_t>(occupancy - (occupancy * rate_ >> 16));
+    return isForgotten(occupancy);
   }
 
-  /** \brief 1 if a voxel that is neither shown nor hit is not tracked any more, else 0. */
-  std::uint32_t
+  /** \brief 1 if a voxel that is neither shown nor hit is not tracked any more, else 0.
+   * By arithmetic, as branches would be mispredicted. */
+  std::uint64_t
   isForgotten(std::uint32_t occupancy) const
   {
     return (occupancy - least_occupancy_) >> 31;
-  }
-
-  /** \brief Shows nothing; what is usual stays. */
-  void
-  forgetVoxels()
-  {
-    around_ = BlocksAround();
   }
 
   /** \brief Releases memory that the next frame does not need. */
   void
   releaseMemory()
   {
-    around_ = BlocksAround();
     surfaces_.releaseMemory();
     depths_ = SeenDepths();
   }
@@ -173,15 +145,6 @@ private:
   look(const io::VoxelFrame& frame,
        const std::optional<std::array<double, 3>>& sensor_position);
 
-  void
-  judgeHidden(const TrackedVoxels& tracked,
-              std::uint64_t key,
-              bool is_next_to_shown,
-              TrackedVoxel& voxel) const;
-
-  bool
-  isAmongSeldomVoxels(const TrackedVoxels& tracked, std::uint64_t key) const;
-
   bool
   hasEnded(const TrackedVoxel& voxel, const Persistence& persistence) const;
 
@@ -198,6 +161,7 @@ private:
     return has_depths_ ? depths_.squaredDistance(key) : 0;
   }
 
+  static constexpr std::uint32_t least_frequent = certain * 2 / 5;
   static const Persistence dense;
   static const Persistence sparse;
   static const Persistence noisy;
@@ -206,7 +170,6 @@ private:
   bool holds_;
   std::uint32_t rate_;            // of the running means, 2^16 is 1
   std::uint32_t least_occupancy_; // below it empty voxels are forgotten
-  BlocksAround around_;           // those of what is tracked
   SurfaceSupport surfaces_;
   HitShares hit_shares_;
   SeenDepths depths_;

@@ -128,7 +128,7 @@ inline unsigned int
 highestBit(std::uint32_t bits)
 {
 #if defined(__GNUC__)
-  return 31u - static_cast<unsigned int>(__builtin_clz(bits));
+  return 31u ^ static_cast<unsigned int>(__builtin_clz(bits)); // a single bsr
 #elif defined(_MSC_VER)
   unsigned long index;
   _BitScanReverse(&index, bits);

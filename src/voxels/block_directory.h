@@ -34,12 +34,12 @@ public:
     // Reduced with hysteresis, as the sizes of frames vary little.
     if (slots_.size() < (std::size_t{1} << bits) ||
         slots_.size() > (std::size_t{64} << bits)) {
-      slots_.assign(std::size_t{1} << bits, not_found);
+      slots_.assign(std::size_t{1} << bits, 0);
       shift_ = 64 - bits;
     }
     else
-      std::fill(slots_.begin(), slots_.end(), not_found);
-    keys_.clear();
+      std::fill(slots_.begin(), slots_.end(), 0);
+    keys_.resize(1);
   }
 
   /** \brief Allocates memory for the keys of a number of further blocks at once. */
@@ -79,8 +79,9 @@ public:
     const std::size_t mask = slots_.size() - 1;
     for (std::size_t slot = slotOf(key);; slot = (slot + 1) & mask) {
       const std::uint32_t index = slots_[slot];
-      if (index == not_found || keys_[index] == key)
-        return index;
+      // One condition, as which of the two ends the search is hard to predict.
+      if ((index == 0) | (keys_[index] == key))
+        return index - 1;
     }
   }
 
@@ -98,7 +99,7 @@ private:
   {
     const std::size_t mask = slots_.size() - 1;
     std::size_t slot = slotOf(keys_[index]);
-    while (slots_[slot] != not_found)
+    while (slots_[slot] != 0)
       slot = (slot + 1) & mask;
     slots_[slot] = index;
   }
@@ -106,14 +107,14 @@ private:
   void
   grow()
   {
-    slots_.assign(2 * slots_.size(), not_found);
+    slots_.assign(2 * slots_.size(), 0);
     --shift_;
-    for (std::size_t index = 0; index < keys_.size(); ++index)
+    for (std::size_t index = 1; index < keys_.size(); ++index)
       addToSlots(static_cast<std::uint32_t>(index));
   }
 
-  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(16, not_found);
-  std::vector<std::uint64_t> keys_; // by index
+  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(16); // index + 1, or 0
+  std::vector<std::uint64_t> keys_{0};                                // by index + 1
   unsigned int shift_ = 60;
   std::uint64_t seed_ =
       std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();

@@ -11,7 +11,7 @@ countBlocks(const std::vector<std::uint64_t>& voxel_keys)
 {
   std::size_t blocks = voxel_keys.empty() ? 0 : 1;
   for (std::size_t i = 1; i < voxel_keys.size(); ++i)
-    blocks += (voxel_keys[i] ^ voxel_keys[i - 1]) >> block_key_bits != 0 ? 1 : 0;
+    blocks += isNotZero((voxel_keys[i] ^ voxel_keys[i - 1]) >> block_key_bits);
   return blocks;
 }
 

@@ -131,7 +131,7 @@ TEST(BlockNeighbours, AreTheTwentySixVoxelsAround)
     for (std::uint64_t i = 0; i < end / 2; ++i)
       keys.insert(random() % end);
     BlockNeighbours neighbours;
-    neighbours.assign({keys.begin(), keys.end()}, depth);
+    neighbours.assign({keys.begin(), keys.end()});
     for (std::uint64_t key = 0; key < end; ++key) {
       const unsigned int count = countOneByOne(keys, key, std::int64_t{1} << depth);
       EXPECT_EQ(neighbours.count(key), count) << depth << ' ' << key;

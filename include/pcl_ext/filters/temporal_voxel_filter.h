@@ -74,10 +74,11 @@ struct SensorView {
  * intensities, whose values are then learned anew. It is dropped where resolution,
  * origin or colour bits change, where a depth model begins or ends, and before a frame
  * that has less than an eighth of the voxels that were shown. It has at most eight
- * voxels for each voxel of the frame, and 65,536. Memory: some 85 bytes for each,
- * 160 with colours, and up to 3.2 MB for the directions of the sensor; much that is not
- * needed any more is released. The voxels are the same on all machines. If memory runs
- * out std::bad_alloc is thrown and the history is dropped.
+ * voxels for each voxel of the frame, and 65,536. Memory: some 90 bytes for each,
+ * 200 with colours, up to four times as much where they are far apart, and up to 3.2 MB
+ * for the directions of the sensor; much that is not needed any more is released. The
+ * voxels are the same on all machines. If memory runs out std::bad_alloc is thrown and
+ * the history is dropped.
  *
  * Instances are independent; calls of one instance must not overlap. A moved-from
  * instance may only be assigned to or destroyed.
