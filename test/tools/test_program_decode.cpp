@@ -150,7 +150,7 @@ TEST_F(ProgramDecode, UnitsMustFitTheLawOfTheRecording)
   expectRun("encode room -o count.mcap -r 0.05 --law count -q");
   expectFailure("decode count.mcap -o a --remove-outliers --unit faces",
                 2,
-                "/room: --unit is faces and the intensity_law of the recording is "
+                "/room: --unit is faces and the intensity_law of the stream is "
                 "count, whose intensities are numbers of points; choose automatic or "
                 "points");
   expectRun("encode room -o native.mcap -r 0.05 --law native -q");

@@ -200,6 +200,18 @@ TEST_F(ProgramSite, OnTheExampleOfAServerASensorMaySendAndNotListen)
   EXPECT_EQ(listening.status, 1);
 }
 
+TEST_F(ProgramSite, AUnitThatDoesNotFitTheLawOfAStreamIsTold)
+{
+  const NatsServer server;
+  Receiving receiving(
+      folder, "receive", at(server) + "--merge all --remove-outliers --unit faces");
+  SitePublisher sensor(server, "/sensor", {{"intensity_law", "count"}});
+  sensor.publish(Time(0), knownStream(1, 1, 10).frames[0].bytes);
+  receiving.waitForError("/sensor: its outliers stay: --unit is faces and the "
+                         "intensity_law of the stream is count");
+  receiving.end(SIGINT);
+}
+
 TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
 {
   const NatsServer server;

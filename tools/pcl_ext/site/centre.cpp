@@ -146,16 +146,25 @@ Centre::addStream(const link::LinkFrame& frame)
 }
 
 void
+Centre::setOutlierRemoval(const link::LinkFrame& frame)
+{
+  // The frame is not decoded yet, so that it may have numbers of points.
+  std::string fault = unitFaultOf(options_.decoding, frame.metadata, true);
+  if (fault.empty())
+    if (const auto set = grid_->centre.node().setOutlierRemoval(
+            frame.stream,
+            outlierRemovalOf(options_.decoding, frame.metadata, io::VoxelFrame()));
+        !set.ok())
+      fault = set.message();
+  if (!fault.empty())
+    console_.error(frame.stream + ": its outliers stay: " + fault);
+}
+
+void
 Centre::applyMetadata(const link::LinkFrame& frame)
 {
-  if (options_.decoding.removes_outliers) {
-    // The frame is not decoded yet.
-    const VoxelOutlierRemovalSettings removal =
-        outlierRemovalOf(options_.decoding, frame.metadata, io::VoxelFrame());
-    if (const auto set = grid_->centre.node().setOutlierRemoval(frame.stream, removal);
-        !set.ok())
-      console_.error(frame.stream + ": its outliers stay: " + set.message());
-  }
+  if (options_.decoding.removes_outliers)
+    setOutlierRemoval(frame);
   if (grid_->map)
     grid_->map->setMetadata(frame.stream, frame.metadata, frame.time);
 }

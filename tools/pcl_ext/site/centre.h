@@ -137,6 +137,9 @@ private:
   bool
   addStream(const link::LinkFrame& frame);
 
+  void
+  setOutlierRemoval(const link::LinkFrame& frame);
+
   /** \brief Takes the pose of the sensor from an I-frame. */
   void
   applyMetadata(const link::LinkFrame& frame);

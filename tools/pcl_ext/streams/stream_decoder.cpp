@@ -65,6 +65,21 @@ outlierRemovalOf(const DecodingOptions& options,
   return settings;
 }
 
+std::string
+unitFaultOf(const DecodingOptions& options,
+            const StreamMetadata& metadata,
+            bool has_point_counts)
+{
+  const std::optional<IntensityLaw> law = lawOf(metadata);
+  if (!law || (options.unit == DensityUnit::Points && has_point_counts))
+    return {};
+  const std::string fault = unitFault(options.unit, *law);
+  return fault.empty()
+             ? fault
+             : std::string("--unit is ") + nameOf(density_units, options.unit) +
+                   " and the intensity_law of the stream is " + fault;
+}
+
 void
 remarkOnMemory(const io::DecoderLimits& limits, Console& console)
 {
@@ -95,12 +110,10 @@ void
 StreamDecoder::makeRemoval()
 {
   const std::optional<IntensityLaw> law = lawOf(metadata_);
-  const bool has_own_counts =
-      options_.unit == DensityUnit::Points && voxels_.has_point_counts;
-  if (law && !has_own_counts)
-    if (const std::string fault = unitFault(options_.unit, *law); !fault.empty())
-      throw UsageError(name_ + ": --unit is " + nameOf(density_units, options_.unit) +
-                       " and the intensity_law of the recording is " + fault);
+  if (const std::string fault =
+          unitFaultOf(options_, metadata_, voxels_.has_point_counts);
+      !fault.empty())
+    throw UsageError(name_ + ": " + fault);
   if (is_automatic_ && !law && !voxels_.points.sensor)
     remark_ = name_ + ": the recording does not tell what its intensities are; of "
                       "counts of a depth camera --unit points removes more outliers, "

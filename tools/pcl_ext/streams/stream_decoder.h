@@ -35,6 +35,15 @@ outlierRemovalOf(const DecodingOptions& options,
                  const StreamMetadata& metadata,
                  const io::VoxelFrame& first);
 
+/** \brief Why the unit of the options cannot judge the voxels of a stream; empty if it can,
+ * or if that is not known.
+ * \param[in] has_point_counts whether its voxels have, or may have, numbers of points
+ */
+std::string
+unitFaultOf(const DecodingOptions& options,
+            const StreamMetadata& metadata,
+            bool has_point_counts);
+
 /** \brief Remarks that frames were decoded again to keep --memory-limit, if any were. */
 void
 remarkOnMemory(const io::DecoderLimits& limits, Console& console);
