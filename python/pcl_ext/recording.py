@@ -297,6 +297,8 @@ class Recording(Unique):
         ------
         IndexError, KeyError
             If there is no such frame or stream.
+        ValueError
+            If the unit of `outliers` cannot judge intensities of the stream's intensity_law.
 
         Warns
         -----

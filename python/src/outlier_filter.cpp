@@ -3,6 +3,8 @@
 
 #include "outliers/unit_choice.h"
 
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -11,6 +13,13 @@ namespace pcl_ext::python {
 void
 OutlierFilter::setStream(const std::optional<IntensityLaw>& law, bool is_of_lidar)
 {
+  const DensityUnit unit = densityUnitOf(settings_.unit);
+  // Numbers of points, which frames may have, are known with a frame.
+  if (law && unit != DensityUnit::Points)
+    if (const std::string fault = unitFault(unit, *law); !fault.empty())
+      throw std::invalid_argument("unit is '" +
+                                  std::string(nameOf(density_units, unit)) +
+                                  "' and the intensity_law of the stream is " + fault);
   const std::lock_guard<std::mutex> lock(mutex_);
   law_ = law;
   is_of_lidar_ = is_of_lidar;

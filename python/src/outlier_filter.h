@@ -23,7 +23,8 @@ public:
   {}
 
   /** \brief Tells what is known of the stream, before its first frame: the law of its
-   * intensities and whether it is a lidar's, which the unit Automatic follows. */
+   * intensities and whether it is a lidar's, which the unit Automatic follows.
+   * \throws std::invalid_argument if the unit cannot judge such intensities */
   void
   setStream(const std::optional<IntensityLaw>& law, bool is_of_lidar);
 

@@ -242,6 +242,17 @@ def test_noise_is_judged_by_the_law_of_the_recording(tmp_path, random, metadata,
     assert removal.unit == "automatic"
 
 
+def test_a_unit_that_does_not_fit_the_law_of_the_recording_is_refused(tmp_path, random):
+    path = tmp_path / "x.mcap"
+    with pcl_ext.RecordingWriter(path) as writer:
+        stream = writer.add_stream("/camera", metadata={"intensity_law": "count"})
+        encoder = pcl_ext.Encoder(0.04, law="count", colour_bits=0)
+        writer.append(stream, encoder.encode(random.uniform(0, 1, (100, 3))), time=0)
+    message = "unit is 'faces' and the intensity_law of the stream is count, whose intensities"
+    with pytest.raises(ValueError, match=message):
+        pcl_ext.open(path).frame(0, 0, outliers=pcl_ext.OutlierRemoval("faces"))
+
+
 def test_seek(two_streams):
     path, _ = two_streams
     recording = pcl_ext.open(path)
