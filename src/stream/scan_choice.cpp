@@ -54,21 +54,30 @@ ScanChoice::prefersVoxels(const scan::ScanFrame& scan)
   if (settings_.keep_order || untried_i_frames_ > 0 || scan.isSequence())
     return false;
   scan::ScanFrame part = scan::stripesOf(scan);
+  const std::size_t points = part.pixels.size();
+  const auto bytes_of = [this](const auto& frame, const auto&... threads) {
+    const CompressionStatus status =
+        Trial(settings_).encoder.encode(frame, std::nullopt, bytes_, threads...);
+    return status.ok() ? static_cast<double>(bytes_.size()) : 0.0;
+  };
   // Fewer points tell little, and then a trial takes little time.
   constexpr std::size_t least_points = 4096;
-  if (part.pixels.size() < least_points ||
-      !Trial(settings_)
-           .encoder.encode(part, std::nullopt, bytes_, settings_.threads)
-           .ok())
+  if (points < least_points)
     return false;
-  const auto as_scan = static_cast<double>(bytes_.size());
+  const double part_as_scan = bytes_of(part, settings_.threads);
   VoxelFrame voxels;
   scan::movePoints(part, voxels);
   setVoxels(voxels);
-  if (!Trial(settings_).encoder.encode(voxels, std::nullopt, bytes_).ok())
+  const double part_as_voxels = bytes_of(voxels);
+  part.clearPoints(); // all rays, those of the whole scan, stay
+  const double rays = bytes_of(part, settings_.threads);
+  if (part_as_scan == 0.0 || part_as_voxels == 0.0 || rays == 0.0)
     return false;
   // A part takes more bytes a point than the whole, above all as voxels.
-  const auto as_voxels = static_cast<double>(bytes_.size());
+  const double parts =
+      static_cast<double>(scan.pixels.size()) / static_cast<double>(points);
+  const double as_scan = rays + parts * (part_as_scan - rays);
+  const double as_voxels = parts * part_as_voxels;
   if (as_voxels > clear_ratio * as_scan) {
     take(true, most_untried);
     return false;
