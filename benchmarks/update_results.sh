@@ -13,8 +13,9 @@ tables=$section
 [ "$section" != peers ] || tables="efforts from_sensor peers recorded"
 
 "$root/tools/install_packages.sh" build benchmark
-build=$root/build-run
-cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF \
+# Not that of tools/run.sh, which has no PCL.
+build=$root/build-benchmarks
+cmake -S "$root" -B "$build" -G Ninja -DPCL_EXT_BUILD_TESTS=OFF -DPCL_EXT_UNITY_BUILD=ON \
   -DPCL_EXT_BUILD_EXAMPLES=OFF -DPCL_EXT_BUILD_BENCHMARKS=ON > /dev/null
 cmake --build "$build" --target benchmark -j "${PCL_EXT_JOBS:-2}"
 

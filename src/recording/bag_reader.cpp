@@ -193,6 +193,9 @@ BagReader::openPath(const std::string& path, const ChannelFilter& wants)
     addQosOfMetadata(path, channels_);
     for (RecordingDamage& damage : findMissingFiles(path))
       damage_.push_back(std::move(damage));
+    if (damage_.empty() && !wants)
+      if (auto damage = findMissingMessages(path, index_.size()))
+        damage_.push_back(std::move(*damage));
   }
   sortIndex();
   return files_.empty() ? first_failure : RecordingStatus();

@@ -5,6 +5,7 @@
 #include "recording/rosbag2_metadata.h"
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <map>
 #include <sstream>
@@ -290,6 +291,22 @@ findMissingFiles(const std::string& folder)
            "it names '" + first + "', which is not there" +
                (missing == 1 ? "" : ", and " + std::to_string(missing - 1) + " more"),
            (fs::path(folder) / metadata_name).string()}};
+}
+
+std::optional<RecordingDamage>
+findMissingMessages(const std::string& folder, std::size_t found)
+{
+  // Where keys are sorted the first one is that of a file, which has no more.
+  const std::string text = readValue(readMetadata(folder), "message_count");
+  std::uint64_t counted = 0;
+  const auto [end, fault] =
+      std::from_chars(text.data(), text.data() + text.size(), counted);
+  if (fault != std::errc() || found >= counted)
+    return std::nullopt;
+  return RecordingDamage{0,
+                         "it counts " + std::to_string(counted) + " messages, and " +
+                             std::to_string(found) + " were found",
+                         (fs::path(folder) / metadata_name).string()};
 }
 
 void

@@ -6,7 +6,9 @@
 
 #include "recording/mcap_content.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +48,14 @@ filesOfRosbag2Folder(const std::string& folder, std::vector<std::string>& files)
  */
 std::vector<RecordingDamage>
 findMissingFiles(const std::string& folder);
+
+/** \brief What is lost of a bag that has fewer messages than its metadata.yaml counts.
+ * \param[in] folder the folder
+ * \param[in] found number of its messages
+ * \return nothing if it has as many, or if there is no number
+ */
+std::optional<RecordingDamage>
+findMissingMessages(const std::string& folder, std::size_t found);
 
 /** \brief Name under which channels and metadata.yaml have the QoS of publishers. */
 constexpr char qos_metadata[] = "offered_qos_profiles";

@@ -391,6 +391,35 @@ TEST_F(ProgramForeignBags, WithCloudsOfOtherTypesAreNotWithoutClouds)
                 1,
                 "the clouds of /livox/lidar in 'bag.mcap' are "
                 "livox_ros_driver2/msg/CustomMsg in the encoding 'cdr'");
+  McapMessage livox = messageOf(1);
+  livox.channel = 1;
+  writeMcap(folder / "both.mcap",
+            {recording::pointCloudChannel("/points"), channel},
+            {messageOf(0), livox});
+  EXPECT_TRUE(hasPart(expectWalls("both.mcap", "", 1),
+                      "/livox/lidar: messages of the type "
+                      "livox_ros_driver2/msg/CustomMsg are not encoded"));
+}
+
+TEST_F(ProgramForeignBags, ThatHaveNoEndAreIncomplete)
+{
+  writeWalls(folder / "bag.mcap");
+  const Bytes bytes = bytesOf(folder / "bag.mcap");
+  // A footer record and the magic are the last ones.
+  writeBytes(folder / "bag.mcap", {bytes.begin(), bytes.end() - 37});
+  expectFailure(
+      "encode bag.mcap -q -o x.mcap",
+      1,
+      "'bag.mcap' has no end: its recorder did not complete it; all that is in "
+      "it was read");
+  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 2u);
+  // A part is complete, and metadata.yaml counts more.
+  fs::create_directories(folder / "bag");
+  writeBytes(folder / "bag/bag_0.mcap", bytes);
+  writeText(folder / "bag/metadata.yaml",
+            "rosbag2_bagfile_information:\n  message_count: 99\n");
+  expectFailure(
+      "encode bag -q -o y.mcap", 1, "metadata.yaml: it counts 99 messages, and ");
 }
 
 TEST_F(ProgramForeignBags, LoseTheirOtherTopicsInFilesOfFramesWithARemark)

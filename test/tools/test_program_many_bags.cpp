@@ -56,6 +56,18 @@ linesOfManifest(const std::string& path)
 
 using ProgramManyBags = ProgramTest;
 
+TEST_F(ProgramManyBags, BesideCloudsAreRefused)
+{
+  writeBags(folder, 2);
+  writeText(folder / "bags/z.pcd", "");
+  expectFailure(
+      "encode bags -o made",
+      2,
+      "'bags' has clouds and bags, such as 'bags/z.pcd' and 'bags/a.mcap': name "
+      "what is meant, such as 'bags/*.pcd'");
+  EXPECT_EQ(run("encode 'bags/*.mcap' -o made").status, 0);
+}
+
 TEST_F(ProgramManyBags, EachBecomesWhatItBecomesAloneForAnyJobs)
 {
   writeBags(folder, 4);

@@ -99,6 +99,8 @@ public:
     remarkOnMemory(options_.decoding.limits, console_);
     for (const std::string& place : input_.damage())
       console_.error(place);
+    if (const std::string remark = input_.unfinishedRemark(); !remark.empty())
+      console_.remark(remark);
     if (outside_grid_ > 0)
       console_.error(first_outside_grid_ + "; in all frames " +
                      counted(outside_grid_, "point"));

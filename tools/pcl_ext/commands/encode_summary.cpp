@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <sstream>
 
 namespace pcl_ext::tools {
@@ -119,8 +120,12 @@ describeBag(const std::string& output,
             const std::string& interruption)
 {
   std::string line = output + ": " + counted(summary.sums.frames, "frame");
-  if (summary.streams.size() > 1)
-    line += " of " + std::to_string(summary.streams.size()) + " streams";
+  const auto streams =
+      std::count_if(summary.streams.begin(),
+                    summary.streams.end(),
+                    [](const auto& stream) { return stream.frames > 0; });
+  if (streams > 1)
+    line += " of " + std::to_string(streams) + " streams";
   line += ", " + describeEncoded(summary.sums, options, summary.bytes_a_second);
   if (summary.other_messages > 0)
     line += ", " + counted(summary.other_messages, "other message") + " passed through";

@@ -65,10 +65,8 @@ public:
       report("damage: " + place);
       ++damaged_places;
     }
-    if (input_.reader().isUnfinished())
-      report(
-          "the recording was not finished, as after a power failure; all whole frames "
-          "were found");
+    if (const std::string remark = input_.unfinishedRemark(); !remark.empty())
+      report(remark);
     report(
         counted(frames_, "frame") + " decoded, " +
         formatted(static_cast<double>(lost_), 0) + " lost" +

@@ -12,6 +12,7 @@
 #include "streams/stream_encoder.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <iterator>
@@ -123,26 +124,33 @@ protected:
            });
   }
 
+  /** \brief Whether a type has a name that drivers give to points and packets of them. */
+  static bool
+  mayBeClouds(const McapChannel& channel)
+  {
+    constexpr std::array parts = {
+        "PointCloud", "CustomMsg", "VelodyneScan", "PacketMsg", "Packets"};
+    return std::any_of(parts.begin(), parts.end(), [&channel](const char* part) {
+      return channel.schema.name.find(part) != std::string::npos;
+    });
+  }
+
   /** \brief What there is in place of clouds.
    * \param[in] name of the input
    */
   static std::string
   whyNoClouds(const std::string& name, const std::vector<McapChannel>& channels)
   {
-    // What drivers call points and packets of them.
-    constexpr const char* clouds[] = {
-        "PointCloud", "CustomMsg", "VelodyneScan", "PacketMsg", "Packets"};
     std::string topics;
     for (const McapChannel& channel : channels) {
       if (recording::isCompressedPointCloud(channel))
         return "the clouds of " + channel.topic + " in '" + name +
                "' are compressed already: see them with 'pcl_ext info'";
-      for (const char* const part : clouds)
-        if (channel.schema.name.find(part) != std::string::npos)
-          return "the clouds of " + channel.topic + " in '" + name + "' are " +
-                 channel.schema.name + " in the encoding '" + channel.message_encoding +
-                 "', which cannot be read: record them as sensor_msgs/msg/PointCloud2 "
-                 "in CDR, which the sensor's driver or a node of it converts them to";
+      if (mayBeClouds(channel))
+        return "the clouds of " + channel.topic + " in '" + name + "' are " +
+               channel.schema.name + " in the encoding '" + channel.message_encoding +
+               "', which cannot be read: record them as sensor_msgs/msg/PointCloud2 "
+               "in CDR, which the sensor's driver or a node of it converts them to";
       topics += (topics.empty() ? "" : ", ") + channel.topic;
     }
     return "'" + name + "' has no clouds (sensor_msgs/msg/PointCloud2); " +
@@ -230,6 +238,10 @@ public:
       add(reader->reader());
     for (const auto& [file, offset, line] : met)
       lines.push_back(line);
+    if (lines.empty() && reader_.isUnfinished())
+      lines.push_back("'" + path_ +
+                      "' has no end: its recorder did not complete it; all that is in "
+                      "it was read");
     return lines;
   }
 
@@ -241,6 +253,12 @@ public:
       remarks.push_back(
           "'" + path_ +
           "' has no metadata.yaml; its files are read as parts of one bag");
+    for (const McapChannel& channel : channels())
+      if (!hasClouds(channel) && mayBeClouds(channel) &&
+          !recording::isCompressedPointCloud(channel))
+        remarks.push_back(channel.topic + ": messages of the type " +
+                          channel.schema.name +
+                          " are not encoded; clouds are sensor_msgs/msg/PointCloud2");
     const bool has_topics_of_ros1 =
         std::any_of(channels().begin(), channels().end(), [](const auto& channel) {
           return channel.message_encoding == "ros1" && !hasClouds(channel);

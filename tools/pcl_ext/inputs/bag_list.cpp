@@ -48,15 +48,17 @@ isBagOrNamedSo(const fs::path& path)
          (!clouds::hasNameOfCloud(path.string()) && isBag(path.string()));
 }
 
-/** \brief The bags in a folder that is none itself and has no clouds. */
+/** \brief The bags in a folder that is none itself.
+ * \param[out] cloud a file of a cloud in it; empty if there is none
+ */
 std::vector<std::string>
-bagsIn(const fs::path& folder)
+bagsIn(const fs::path& folder, std::string& cloud)
 {
   std::vector<std::string> bags;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const fs::path& path = entry.path();
     if (entry.is_regular_file() && clouds::hasNameOfCloud(path.string()))
-      return {};
+      cloud = path.string();
     // Opening a pipe or a device may block for ever.
     if (entry.is_directory() ? isBagOrNamedSo(path)
                              : hasNameOfBag(path) && !entry.is_other())
@@ -64,6 +66,26 @@ bagsIn(const fs::path& folder)
   }
   std::sort(bags.begin(), bags.end(), clouds::comesBefore);
   return bags;
+}
+
+/** \brief The bags in a folder that is none itself and has no clouds. */
+std::vector<std::string>
+bagsIn(const fs::path& folder)
+{
+  std::string cloud;
+  const std::vector<std::string> bags = bagsIn(folder, cloud);
+  return cloud.empty() ? bags : std::vector<std::string>();
+}
+
+void
+refuseBagsBesideClouds(const std::string& folder)
+{
+  std::string cloud;
+  const std::vector<std::string> bags = bagsIn(folder, cloud);
+  if (!cloud.empty() && !bags.empty())
+    throw UsageError("'" + folder + "' has clouds and bags, such as '" + cloud +
+                     "' and '" + bags.front() + "': name what is meant, such as '" +
+                     folder + "/*" + fs::path(cloud).extension().string() + "'");
 }
 
 /** \brief True for a bag, and for what SQLite leaves beside one. */
@@ -164,6 +186,8 @@ severalBags(const std::vector<std::string>& inputs, bool takes_one, bool is_for_
         bags.push_back(path);
         continue;
       }
+      if (fs::is_directory(path) && !is_for_file)
+        refuseBagsBesideClouds(path);
       const std::vector<std::string> found =
           fs::is_directory(path) ? bagsIn(path) : std::vector<std::string>();
       has_folder |= !found.empty();

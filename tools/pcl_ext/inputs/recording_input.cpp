@@ -244,7 +244,8 @@ RecordingInput::select(const Selection& selection)
     std::size_t most = 0;
     for (const RecordedStream& stream : streams)
       most = std::max(most, stream.frames);
-    std::string remedy = "it has " + counted(most, "frame");
+    std::string remedy = (streams.size() > 1 ? "its longest stream has " : "it has ") +
+                         counted(most, "frame");
     if (hasTimes(streams))
       remedy += " and takes " +
                 measuring::formatted(secondsOf(endOf(streams) - start()), 3) + " s";
@@ -381,6 +382,15 @@ RecordingInput::damage() const
   for (const recording::RecordingDamage& place : reader_.damage())
     lines.push_back(describe(place));
   return lines;
+}
+
+std::string
+RecordingInput::unfinishedRemark() const
+{
+  return reader_.isUnfinished()
+             ? shown(path_) + " was not finished, as after a power failure; all whole "
+                              "frames were found"
+             : std::string();
 }
 
 } // namespace pcl_ext::tools

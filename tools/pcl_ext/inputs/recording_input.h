@@ -176,6 +176,10 @@ public:
   std::vector<std::string>
   damage() const;
 
+  /** \brief That the recording was not finished; empty if it was. */
+  std::string
+  unfinishedRemark() const;
+
 private:
   static constexpr std::size_t none = ~std::size_t{0};
 

@@ -222,6 +222,8 @@ CopiedStreams::finish()
       console_.error(place);
       is_damaged = true;
     }
+    if (const std::string remark = input.recording->unfinishedRemark(); !remark.empty())
+      console_.remark(remark);
     if (input.recording->bag() != nullptr)
       output_.copyExtras(*input.recording->bag());
   }
