@@ -56,8 +56,10 @@ struct VoxelRecords {
   allocate(bool has_intensities, bool has_colours)
   {
     if (unused.empty()) {
+#if defined(__cpp_exceptions) // else, as in WebAssembly, there is no memory for as many
       if (voxels.size() >> 31 != 0)
         throw std::bad_alloc();
+#endif
       unused.push_back(static_cast<std::uint32_t>(voxels.size()));
       const auto append = [](auto& vector) {
         io::reserveAhead(vector, vector.size() + 8);
