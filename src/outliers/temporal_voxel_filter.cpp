@@ -115,7 +115,7 @@ private:
     else
       filterVoxels(frame, status);
     if (memory_rule_.shouldRelease(rememberedVoxels())) {
-      history_.moveTo(frame.grid, frame.grid);
+      history_.moveTo(frame.grid, frame.grid); // where it is, without spare memory
       presence_.releaseMemory();
       rays_ = DirectionDepths();
     }

@@ -410,9 +410,16 @@ TEST_F(ProgramForeignBags, ThatHaveNoEndAreIncomplete)
   expectFailure(
       "encode bag.mcap -q -o x.mcap",
       1,
-      "'bag.mcap' has no end: its recorder did not complete it; all that is in "
-      "it was read");
+      "the recorder of 'bag.mcap' did not complete it; all that is in it was read");
   EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 2u);
+  // Recordings survive it, which is said.
+  const Bytes recording = bytesOf(folder / "x.mcap");
+  writeBytes(folder / "x.mcap", {recording.begin(), recording.end() - 37});
+  for (const std::string command : {"decode", "cut", "merge"}) {
+    const ProgramRun result = run(command + " x.mcap -o z.mcap --overwrite");
+    EXPECT_EQ(result.status, 0);
+    EXPECT_TRUE(hasPart(result.errors, "x.mcap was not finished")) << command;
+  }
   // A part is complete, and metadata.yaml counts more.
   fs::create_directories(folder / "bag");
   writeBytes(folder / "bag/bag_0.mcap", bytes);

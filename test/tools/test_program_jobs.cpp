@@ -111,6 +111,13 @@ TEST_F(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
       << result.output;
 }
 
+TEST_F(ProgramJobs, StreamsWithoutFramesAreNotCounted)
+{
+  writeUnevenBag(folder / "bag.mcap", 10); // with two clouds of /slow
+  EXPECT_TRUE(hasPart(run("encode bag.mcap --frames 3:6 -o x.mcap").output,
+                      "x.mcap: 3 frames, "));
+}
+
 TEST_F(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
 {
   writeUnevenBag(folder / "bag.mcap", 10);

@@ -239,9 +239,8 @@ public:
     for (const auto& [file, offset, line] : met)
       lines.push_back(line);
     if (lines.empty() && reader_.isUnfinished())
-      lines.push_back("'" + path_ +
-                      "' has no end: its recorder did not complete it; all that is in "
-                      "it was read");
+      lines.push_back("the recorder of '" + path_ +
+                      "' did not complete it; all that is in it was read");
     return lines;
   }
 

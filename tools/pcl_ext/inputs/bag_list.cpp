@@ -85,7 +85,8 @@ refuseBagsBesideClouds(const std::string& folder)
   if (!cloud.empty() && !bags.empty())
     throw UsageError("'" + folder + "' has clouds and bags, such as '" + cloud +
                      "' and '" + bags.front() + "': name what is meant, such as '" +
-                     folder + "/*" + fs::path(cloud).extension().string() + "'");
+                     (fs::path(folder) / "*").string() +
+                     fs::path(cloud).extension().string() + "'");
 }
 
 /** \brief True for a bag, and for what SQLite leaves beside one. */
