@@ -64,15 +64,17 @@ fittingLayouts(std::size_t bytes)
   return layouts.empty() ? "; --bin-fields names other fields and types" : layouts;
 }
 
-/** \brief Layouts of fewer numbers that may be the likely one: two points may be taken
+/** \brief The layouts that a file may have, the usual ones first: two points may be taken
  * for one, as where the rows of a sensor alternate. */
-std::string
-smallerLayouts(std::size_t likely, std::size_t assumed)
+std::vector<std::size_t>
+possibleLayouts(std::size_t likely, std::size_t assumed)
 {
-  std::string layouts;
+  std::vector<std::size_t> layouts;
   for (const std::size_t numbers : {kitti_numbers, nuscenes_numbers, std::size_t{3}})
     if (numbers < likely && numbers != assumed && likely % numbers == 0)
-      layouts += ", or " + optionOf(numbers);
+      layouts.push_back(numbers);
+  constexpr std::size_t most_usual = 6;
+  layouts.insert(likely > most_usual ? layouts.end() : layouts.begin(), likely);
   return layouts;
 }
 
@@ -119,6 +121,33 @@ areManyOdd(const std::vector<bool>& are_odd, std::size_t of_point, std::size_t c
   return share * odd * of_point > are_odd.size() * checked;
 }
 
+/** \brief Whether every so many numbers a point begins, as far as two numbers tell, x and
+ * y: their values are about the same in every other point, whatever their order.
+ * \param[in] numbers of at least two points
+ */
+bool
+repeatsEvery(std::size_t of_point, const std::vector<float>& numbers)
+{
+  constexpr float most_different = 0.25f; // of how much values differ from their median
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    std::vector<float> values[2]; // of even points and odd ones
+    for (std::size_t i = axis; i + of_point < numbers.size(); i += 2 * of_point)
+      for (std::size_t odd = 0; odd < 2; ++odd)
+        values[odd].push_back(numbers[i + odd * of_point]);
+    for (std::vector<float>& sorted : values)
+      std::sort(sorted.begin(), sorted.end());
+    double difference = 0.0;
+    double spread = 0.0;
+    for (std::size_t i = 0; i < values[0].size(); ++i) {
+      difference += std::abs(values[0][i] - values[1][i]);
+      spread += std::abs(values[0][i] - values[0][values[0].size() / 2]);
+    }
+    if (difference > most_different * spread)
+      return false;
+  }
+  return true;
+}
+
 /** \brief How many numbers a point has: those of the assumed layout, unless others are
  * clearly more likely. Numbers of the same field of neighbouring points are alike; of
  * points in no order, too, they differ less on average than those of two fields.
@@ -153,7 +182,10 @@ likelyNumbers(const std::vector<float>& numbers,
       likely = candidate;
     }
   }
-  return likely;
+  // Two points are alike as one where the rows of a sensor alternate.
+  return likely % 2 == 0 && likely / 2 >= 3 && repeatsEvery(likely / 2, numbers)
+             ? likely / 2
+             : likely;
 }
 
 /** \brief The first numbers of a file as floats, and which of them are no lengths. */
@@ -184,11 +216,18 @@ otherLayout(const FirstNumbers& first, std::size_t bytes, std::size_t assumed)
     return "";
   const std::size_t likely =
       likelyNumbers(first.numbers, first.are_odd, bytes / sizeof(float), assumed);
-  return likely == assumed
-             ? ""
-             : "its numbers are those of " + describe(likely) + ", not of " +
-                   describe(assumed) + ": give " + optionOf(likely) +
-                   ", where _ leaves a number out" + smallerLayouts(likely, assumed);
+  if (likely == assumed)
+    return "";
+  std::string layouts;
+  std::string options;
+  for (const std::size_t numbers : possibleLayouts(likely, assumed)) {
+    layouts += (layouts.empty() ? "" : ", or of ") + describe(numbers);
+    options += (options.empty() ? "" : ", or ") + optionOf(numbers);
+  }
+  return "its numbers are those of " + layouts + ", not of " + describe(assumed) +
+         ": give " + options +
+         (options.find('_') == std::string::npos ? ""
+                                                 : ", where _ leaves a number out");
 }
 
 /** \brief The option for a file of doubles, as text after a message; empty if its

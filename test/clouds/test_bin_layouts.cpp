@@ -145,10 +145,10 @@ TEST_F(FileLayouts, WrongFieldsOfBinFilesAreRefusedWithTheReason)
 TEST_F(FileLayouts, BinFilesOfAnotherLayoutThanTheirNameTellsAreRefused)
 {
   const std::map<std::size_t, std::string> options = {
-      {3, "x,y,z,"},
-      {4, "x,y,z,intensity,"},
-      {5, "x,y,z,intensity,ring,"},
-      {6, "x,y,z,r,g,b or x,y,z,intensity,elongation,time,"},
+      {3, "x,y,z"},
+      {4, "x,y,z,intensity"},
+      {5, "x,y,z,intensity,ring"},
+      {6, "x,y,z,r,g,b or x,y,z,intensity,elongation,time"},
       {7, "x,y,z,_,_,_,_,"}};
   for (const std::string name : {"a.bin", "a.pcd.bin"})
     for (const bool has_order : {true, false})
@@ -173,6 +173,40 @@ TEST_F(FileLayouts, BinFilesOfAnotherLayoutThanTheirNameTellsAreRefused)
       }
 }
 
+TEST_F(FileLayouts, RowsThatAlternateAreNotTakenForOnePoint)
+{
+  // A lidar fires its lasers in the order 0, 8, 1, 9 ...
+  std::mt19937 random(7);
+  std::vector<std::vector<float>> points;
+  for (int column = 0; column < 100; ++column)
+    for (int shot = 0; shot < 16; ++shot) {
+      const bool is_upper = shot % 2 != 0;
+      const float azimuth = 0.06f * static_cast<float>(column);
+      const float elevation =
+          0.035f * static_cast<float>(shot / 2 + (is_upper ? 0 : -8));
+      const float range = (is_upper ? 7.0f : 6.0f) + 0.1f * std::cos(azimuth);
+      points.push_back({range * std::cos(azimuth),
+                        range * std::sin(azimuth),
+                        range * elevation,
+                        static_cast<float>(random() % 20 + (is_upper ? 80 : 5)),
+                        0.1f * azimuth});
+    }
+  for (const std::string& message :
+       {refusal("a.bin", bytesAs<float>(points)),
+        read("a.bin", bytesAs<float>(points), "x,y,z,_,_,_,_,_,_,_").at(0)}) {
+    expectPart(message, "its numbers are those of 5 floats a point");
+    EXPECT_EQ(message.substr(message.rfind("give")),
+              "give --bin-fields x,y,z,intensity,ring");
+  }
+  // With normals and more, of which none is like x or y.
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].insert(points[i].end(), {0.6f, 0.0f, -0.8f, 3.0f});
+    points[i].push_back(static_cast<float>(i));
+  }
+  EXPECT_EQ(read("a.bin", bytesAs<float>(points), "x,y,z,_,_,_,_,_,_,_"), Remarks());
+  expectPart(refusal("a.bin", bytesAs<float>(points)), "or of 10 floats a point, not");
+}
+
 TEST_F(FileLayouts, LayoutsOfSmallBinFilesAreFoundOrDoubted)
 {
   auto points = scanOf(4, true);
@@ -184,7 +218,7 @@ TEST_F(FileLayouts, LayoutsOfSmallBinFilesAreFoundOrDoubted)
              "numbers are too few to tell another layout");
   for (std::vector<float>& point : points)
     point.resize(3);
-  expectPart(refusal("a.bin", bytesAs<float>(points)), "give --bin-fields x,y,z,");
+  expectPart(refusal("a.bin", bytesAs<float>(points)), "give --bin-fields x,y,z");
 }
 
 TEST_F(FileLayouts, BinFilesOfOtherNumbersAreRefused)
@@ -235,8 +269,10 @@ TEST_F(FileLayouts, BinFilesThatDoNotFitAreRefusedWithTheOptionThatFits)
                                static_cast<float>(i % 2)})
       append(number, alternating);
   expectPart(refusal("a.bin", alternating),
-             "give --bin-fields x,y,z,_,_,_,_,_,_,_, where _ leaves a number out, or "
-             "--bin-fields x,y,z,intensity,ring");
+             "those of 5 floats a point (x y z intensity ring, as nuScenes'), or of 10 "
+             "floats a point, not of 4 floats a point (x y z reflectance, as KITTI's): "
+             "give --bin-fields x,y,z,intensity,ring, or --bin-fields "
+             "x,y,z,_,_,_,_,_,_,_, where _ leaves a number out");
   // Numbers of 16 bits.
   std::string small;
   for (std::uint16_t i = 0; i < 256; ++i)
