@@ -386,6 +386,70 @@ TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
   expectSameMessages(imu, readBag(folder / "decoded.mcap").messages.at("/imu"));
 }
 
+TEST_F(ProgramBags, PartsHaveTheLatchedMessagesOfTheirBeginning)
+{
+  McapChannel static_channel = imuChannel();
+  static_channel.topic = "/tf_static";
+  McapChannel map = imuChannel(); // of two publishers
+  map.topic = "/map";
+  map.metadata = {{"offered_qos_profiles",
+                   "- depth: 1\n  durability: 1\n- depth: 1\n  durability: 2\n"
+                   "- depth: 1\n  durability: transient_local\n"}};
+  std::vector<McapMessage> messages;
+  const auto add = [&messages](std::size_t channel, Time time) {
+    McapMessage message;
+    message.channel = channel;
+    message.log_time = message.publish_time = time;
+    message.bytes.assign(3, static_cast<std::uint8_t>(messages.size()));
+    messages.push_back(message);
+  };
+  const Time shortly(1'000'000);
+  for (int i = 0; i < 2; ++i) // of two nodes
+    add(2, logTime(0) - shortly);
+  const auto clouds = roomClouds(6);
+  for (std::size_t i = 0; i < clouds.size(); ++i) {
+    messages.push_back(cloudMessage(clouds[i], i));
+    add(1, logTime(i) + shortly);
+    if (i != 3)
+      add(3, logTime(i) + shortly);
+  }
+  writeMcap(
+      folder / "bag.mcap",
+      {recording::pointCloudChannel("/points"), imuChannel(), static_channel, map},
+      messages);
+  expectRun("encode bag.mcap -o all.mcap");
+  const Bag all = readBag(folder / "all.mcap");
+  const auto at = [&all](const std::string& topic, std::vector<std::size_t> numbers) {
+    std::vector<McapMessage> chosen;
+    for (const std::size_t number : numbers)
+      chosen.push_back(all.messages.at(topic)[number]);
+    for (McapMessage& message : chosen)
+      message.log_time = std::max(message.log_time, logTime(4));
+    return chosen;
+  };
+  for (const std::string command : {"cut all.mcap -o part.mcap --from 0.4",
+                                    "decode all.mcap -o part.mcap --frames 4:",
+                                    "encode bag.mcap -o part.mcap --frames 4:",
+                                    "encode bag.mcap -o part.mcap --frames 4: --jobs 2",
+                                    "encode - -o part.mcap --frames 4: < bag.mcap"}) {
+    SCOPED_TRACE(command);
+    runShell("\"$P\" " + command + " --overwrite -q");
+    const Bag part = readBag(folder / "part.mcap");
+    expectSameMessages(at("/tf_static", {0, 1}), part.messages.at("/tf_static"));
+    expectSameMessages(at("/imu", {4, 5}), part.messages.at("/imu"));
+    EXPECT_EQ(part.messages.at("/map").size(), 4u);
+    EXPECT_EQ(part.messages.at("/map")[0].bytes, all.messages.at("/map")[1].bytes);
+  }
+  // Parts that become one again.
+  expectRun("cut all.mcap -o 0.mcap --frames :2 -q");
+  expectRun("cut all.mcap -o 1.mcap --frames 2:4 -q");
+  expectRun("cut all.mcap -o 2.mcap --frames 4: -q");
+  EXPECT_EQ(run("merge 2.mcap 0.mcap 1.mcap -q -o joined.mcap").status, 0);
+  const Bag joined = readBag(folder / "joined.mcap");
+  for (const std::string topic : {"/tf_static", "/map", "/imu"})
+    expectSameMessages(all.messages.at(topic), joined.messages.at(topic));
+}
+
 TEST_F(ProgramBags, OtherMessagesThatTwoPartsHaveAreCopiedOnce)
 {
   writeBag(folder / "bag.mcap", 10);

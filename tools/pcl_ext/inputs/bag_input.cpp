@@ -3,6 +3,7 @@
 #include "console/interruption.h"
 #include "inputs/bag_place_reader.h"
 #include "inputs/cloud_input.h"
+#include "inputs/other_messages.h"
 #include "inputs/recording_input.h"
 #include "inputs/standard_input.h"
 #include "outputs/frame_output.h"
@@ -13,11 +14,13 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <iterator>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -34,6 +37,7 @@ using recording::McapChannel;
 using recording::McapMessage;
 using recording::McapStream;
 using recording::RecordingStatus;
+using recording::Time;
 
 /** \brief The clouds among the messages of bags. */
 class BagInput : public CloudInput {
@@ -161,6 +165,7 @@ protected:
   std::vector<std::string> topics_; // with clouds
   std::vector<std::string> streams_;
   std::vector<std::size_t> stream_of_channel_; // or none
+  std::vector<std::size_t> clouds_;            // of each stream that were met
 
 private:
   /** \brief What tells how colours of a stream are read. */
@@ -169,7 +174,6 @@ private:
     bool is_known = false; // as there was a cloud with points
   };
 
-  std::vector<std::size_t> clouds_;      // of each stream that were met
   std::vector<Colours> colours_;         // of each stream
   recording::PointCloudMessage message_; // a member so that its memory is reused
 };
@@ -192,7 +196,7 @@ public:
       throw std::runtime_error(whyNoClouds(path, reader_.channels()) +
                                (damage.empty() ? std::string() : "; " + damage));
     checkTopics(options.topics, topics_);
-    checkFrames();
+    chooseFrames();
   }
 
   std::size_t
@@ -328,32 +332,66 @@ public:
           cloud.failure = status.message();
         return Found::Cloud;
       }
+      if (part_ && !std::binary_search(part_->begin(), part_->end(), next_ - 1))
+        continue;
       other.channel = entry.channel;
+      cloud.is_unread &= entry.log_time >= part_begin_;
       // What cannot be read is part of damage().
-      if (leaves_unread_ || reader_.read(entry, other).ok())
+      if (cloud.is_unread)
         return Found::OtherMessage;
+      if (reader_.read(entry, other).ok()) {
+        other.log_time = std::max(other.log_time, part_begin_);
+        return Found::OtherMessage;
+      }
     }
     return Found::End;
   }
 
 private:
-  /** \brief Refuses numbers of frames that no stream has. */
+  /** \brief Chooses other messages for the wanted frames as RecordingInput does.
+   * \throws UsageError if no stream has such frames
+   */
   void
-  checkFrames() const
+  chooseFrames()
   {
-    std::vector<std::size_t> clouds(streams_.size());
-    for (const BagEntry& entry : reader_.index())
-      if (const std::size_t stream = stream_of_channel_[entry.channel]; stream != none)
-        ++clouds[stream];
-    const auto longest = std::max_element(clouds.begin(), clouds.end());
-    if (longest != clouds.end() && *longest > 0 && *longest <= options_.frames.begin)
-      throw UsageError(describeFramesBeyond(options_, *longest));
+    const std::size_t begin = options_.frames.begin;
+    const std::size_t end = options_.frames.end;
+    std::vector<std::vector<Time>> clouds(streams_.size());
+    std::vector<std::size_t> others; // in the index
+    std::size_t longest = 0;
+    for (std::size_t i = 0; i < reader_.index().size(); ++i) {
+      const BagEntry& entry = reader_.index()[i];
+      const std::size_t stream = stream_of_channel_[entry.channel];
+      if (stream == none) {
+        others.push_back(i);
+        continue;
+      }
+      clouds[stream].push_back(entry.log_time);
+      longest = std::max(longest, clouds[stream].size());
+    }
+    if (longest > 0 && longest <= begin)
+      throw UsageError(describeFramesBeyond(options_, longest));
+    if (longest == 0 || (begin == 0 && end >= longest))
+      return;
+    Time from = Time::max();
+    Time to = Time::min();
+    for (const std::vector<Time>& times : clouds)
+      if (times.size() > begin) {
+        from = std::min(from, times[begin]);
+        to = std::max(to, end < times.size() ? times[end] : times.back() + Time(1));
+      }
+    if (begin > 0)
+      part_begin_ = from;
+    part_ =
+        othersOfPart(reader_, others, part_begin_, end >= longest ? Time::max() : to);
   }
 
   std::string path_;
   BagReader reader_;
   std::size_t damage_at_first_ = 0; // when it was opened
   std::size_t next_ = 0;
+  std::optional<std::vector<std::size_t>> part_; // other messages in it; none: all
+  Time part_begin_ = Time::min();                // earlier ones get this time
   bool leaves_unread_ = false;
   std::mutex mutex_; // of the following
   std::vector<std::shared_ptr<BagPlaceReader>> place_readers_;
@@ -441,7 +479,18 @@ public:
         return Found::Extra;
       const std::size_t stream = stream_of_channel_[stream_.message().channel];
       if (stream == none) {
+        if (!hasBegun()) {
+          hold();
+          continue;
+        }
         std::swap(other, stream_.message());
+        return Found::OtherMessage;
+      }
+      if (clouds_[stream] >= options_.frames.begin && !held_.empty()) {
+        std::swap(other, held_.front());
+        other.log_time = stream_.message().log_time;
+        held_.pop_front();
+        is_at_hand_ = true;
         return Found::OtherMessage;
       }
       if (!count(stream, cloud))
@@ -463,6 +512,34 @@ public:
   }
 
 private:
+  /** \brief Whether a first one of the wanted clouds was met. */
+  bool
+  hasBegun() const
+  {
+    const std::size_t begin = options_.frames.begin;
+    return begin == 0 ||
+           std::any_of(clouds_.begin(), clouds_.end(), [begin](std::size_t clouds) {
+             return clouds > begin;
+           });
+  }
+
+  /** \brief Keeps a message until then, if it is a latched one. */
+  void
+  hold()
+  {
+    const std::size_t channel = stream_.message().channel;
+    const std::size_t most = latchedMessages(channels()[channel]);
+    if (most == 0)
+      return;
+    const auto isOfChannel = [channel](const McapMessage& message) {
+      return message.channel == channel;
+    };
+    const auto held = std::count_if(held_.begin(), held_.end(), isOfChannel);
+    if (static_cast<std::size_t>(held) == most)
+      held_.erase(std::find_if(held_.begin(), held_.end(), isOfChannel));
+    held_.push_back(std::move(stream_.message()));
+  }
+
   void
   advance()
   {
@@ -477,6 +554,7 @@ private:
   McapStream stream_;
   McapStream::Found found_ = McapStream::Found::End;
   bool is_at_hand_ = false; // it was found, and not taken yet
+  std::deque<McapMessage> held_;
 };
 
 } // namespace

@@ -3,6 +3,7 @@
 
 #include "clouds/cloud_files.h"
 #include "console/exit_status.h"
+#include "inputs/other_messages.h"
 #include "inputs/point_cloud_conversions.h"
 #include "inputs/standard_input.h"
 #include "measuring/markdown_table.h"
@@ -259,7 +260,8 @@ void
 RecordingInput::selectOthers(const Selection& selection)
 {
   next_other_ = 0;
-  other_end_ = others_.size();
+  chosen_others_ = others_;
+  others_begin_ = Time::min();
   if (!bag_ || !selection.hasRange())
     return;
   // With a choice by numbers, from the frames that were chosen to those after them: where
@@ -290,22 +292,14 @@ RecordingInput::selectOthers(const Selection& selection)
     to = Time::max();
   else if (selection.to && selection.frames.end == FrameRange().end)
     to = start() + timeOfSeconds(*selection.to);
-  const auto isBefore = [this](std::size_t message, Time time) {
-    return bag_->index()[message].log_time < time;
-  };
-  const auto indexOf = [&](Time time) {
-    return static_cast<std::size_t>(
-        std::lower_bound(others_.begin(), others_.end(), time, isBefore) -
-        others_.begin());
-  };
-  next_other_ = indexOf(from);
-  other_end_ = std::max(next_other_, indexOf(to));
+  chosen_others_ = othersOfPart(*bag_, others_, from, to);
+  others_begin_ = from;
 }
 
 std::size_t
 RecordingInput::size() const
 {
-  std::size_t items = other_end_ - next_other_;
+  std::size_t items = chosen_others_.size() - next_other_;
   for (const Range& range : ranges_)
     items += range.end - range.next;
   return items;
@@ -335,11 +329,12 @@ RecordingInput::next(Item& item)
       item.time = time;
     }
   }
-  if (next_other_ < other_end_) {
-    const std::size_t message = others_[next_other_];
-    const Time time = bag_->index()[message].log_time;
+  if (next_other_ < chosen_others_.size()) {
+    const std::size_t message = chosen_others_[next_other_];
+    const bool is_earlier = bag_->index()[message].log_time < others_begin_;
+    const Time time = is_earlier ? others_begin_ : bag_->index()[message].log_time;
     // In the order of the file.
-    if (earliest == none || time < item.time) {
+    if (earliest == none || time < item.time || (time == item.time && is_earlier)) {
       item.message = message;
       item.time = time;
       ++next_other_;
@@ -372,7 +367,10 @@ RecordingInput::read(const Item& item, recording::RecordedFrame& frame)
 RecordingStatus
 RecordingInput::read(const Item& item, recording::McapMessage& message)
 {
-  return bag_->read(bag_->index()[item.message], message);
+  RecordingStatus status = bag_->read(bag_->index()[item.message], message);
+  if (!item.is_frame)
+    message.log_time = item.time;
+  return status;
 }
 
 std::vector<std::string>

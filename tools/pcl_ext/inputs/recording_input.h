@@ -129,7 +129,8 @@ public:
 
   /** \brief Chooses frames; without, all are chosen. Messages of other topics are those
    * from the first of these frames on until the next ones; before the first frames of
-   * the recording, and after the last ones, all.
+   * the recording, and after the last ones, all. Latched ones from before the chosen
+   * frames are at the time of the first one.
    * \throws UsageError if there are no such frames
    */
   void
@@ -209,10 +210,11 @@ private:
   std::vector<std::size_t> stream_of_channel_; // of the bag; or none
   // Of each stream in the order of its frames, in bag_->index().
   std::vector<std::vector<std::size_t>> messages_;
-  std::vector<std::size_t> others_; // likewise
-  std::vector<Range> ranges_;       // of each stream
-  std::size_t next_other_ = 0;
-  std::size_t other_end_ = 0;
+  std::vector<std::size_t> others_;                       // likewise
+  std::vector<Range> ranges_;                             // of each stream
+  std::vector<std::size_t> chosen_others_;                // of others_
+  std::size_t next_other_ = 0;                            // of these
+  recording::Time others_begin_ = recording::Time::min(); // earlier ones get this time
 };
 
 /** \brief A line for a place that could not be read. Damage of a whole file, and that of

@@ -4,6 +4,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "console/throw_unless_ok.h"
+#include "inputs/other_messages.h"
 #include "outputs/output_path.h"
 
 #include <algorithm>
@@ -25,11 +26,11 @@ areSame(const McapChannel& first, const McapChannel& second)
          first.schema.text == second.schema.text && first.metadata == second.metadata;
 }
 
+/** \brief Whether messages of a channel are the same, whenever they were recorded. */
 bool
 areSame(const recording::McapMessage& first, const recording::McapMessage& second)
 {
-  return first.channel == second.channel && first.sequence == second.sequence &&
-         first.log_time == second.log_time &&
+  return first.sequence == second.sequence &&
          first.publish_time == second.publish_time && first.bytes == second.bytes;
 }
 
@@ -91,6 +92,7 @@ CopiedStreams::numberOfChannel(const McapChannel& channel)
   const std::size_t number =
       output_.addChannel(channel, recording::McapChunking::Shared);
   channels_.emplace_back(channel, number);
+  latched_[number].most = latchedMessages(channel);
   return number;
 }
 
@@ -134,14 +136,34 @@ CopiedStreams::copy(std::size_t input, const RecordingInput::Item& item)
   copyMessage(input);
 }
 
+bool
+CopiedStreams::repeatsLatched()
+{
+  auto& [most, copied] = latched_[message_.channel];
+  if (most == 0)
+    return false;
+  for (const recording::McapMessage& other : copied)
+    if (areSame(other, message_))
+      return other.log_time < message_.log_time;
+  if (copied.size() == most)
+    copied.erase(copied.begin());
+  copied.push_back(message_);
+  return false;
+}
+
 void
 CopiedStreams::copyMessage(std::size_t input)
 {
+  if (inputs_.size() > 1 && repeatsLatched()) {
+    ++common_messages_;
+    return;
+  }
   if (!seen_.empty() && seen_.front().message.log_time != message_.log_time)
     seen_.clear();
   if (inputs_.size() > 1) {
     auto known = std::find_if(seen_.begin(), seen_.end(), [this](const auto& other) {
-      return areSame(other.message, message_);
+      return other.message.channel == message_.channel &&
+             areSame(other.message, message_);
     });
     if (known == seen_.end())
       known =

@@ -8,6 +8,7 @@
 #include "streams/frame_failures.h"
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,7 +41,7 @@ public:
 
   /** \brief Copies what next() of an input found; what cannot be read, or not be decoded
    * without a frame that is missing, is reported. Other messages that several inputs have
-   * are copied once.
+   * are copied once, also latched ones that a part has at its beginning.
    * \param[in] input number of the addInput(); messages of all come in the order of
    * their times
    */
@@ -74,12 +75,22 @@ private:
     std::vector<std::size_t> seen; ///< in each input
   };
 
+  /** \brief Messages of a channel that parts repeat. */
+  struct Latched {
+    std::size_t most = 0; ///< see latchedMessages()
+    std::vector<recording::McapMessage> copied;
+  };
+
   std::size_t
   addStream(const Input& input, std::size_t stream, const std::string& name);
 
   /** \brief A channel of the output for other messages; the same for all inputs. */
   std::size_t
   numberOfChannel(const recording::McapChannel& channel);
+
+  /** \brief Whether message_ is a latched one that was copied with an earlier time. */
+  bool
+  repeatsLatched();
 
   void
   copyMessage(std::size_t input);
@@ -101,8 +112,9 @@ private:
   recording::McapMessage message_;
   OutputFrame written_;
   std::size_t frames_ = 0;
-  std::size_t leading_frames_ = 0; // of these, before those that are wanted
-  std::vector<SeenMessage> seen_;  // of one time
+  std::size_t leading_frames_ = 0;         // of these, before those that are wanted
+  std::vector<SeenMessage> seen_;          // of one time
+  std::map<std::size_t, Latched> latched_; // of channels of the output
   std::size_t other_messages_ = 0;
   std::size_t common_messages_ = 0; // that were copied once
   std::size_t left_out_ = 0;        // other messages that the output cannot have
