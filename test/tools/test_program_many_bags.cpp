@@ -232,18 +232,28 @@ TEST_F(ProgramManyBags, WhatIsNoBagInAFolderIsLeftOutAndNamed)
     fs::create_directories(path.parent_path());
     fs::copy(folder / "bags/a.mcap", path);
   }
-  ASSERT_EQ(runShell("mkfifo bags/d.mcap").status, 0);
-  const std::string remark = "'bags': left out: 1 folder (day) and 4 other files "
-                             "(a.db3-wal, ...); folders in it are not searched";
+  ASSERT_EQ(runShell("mkfifo bags/d.mcap; mkdir bags/run; cp bags/a.mcap "
+                     "bags/run/day_0.mcap")
+                .status,
+            0);
+  const std::string remark =
+      "'bags': left out: 2 folders (day, ...) and 4 other files (a.db3-wal, ...); "
+      "folders in it are not searched, and bags are named .mcap, .db3 or .bag; "
+      "'bags/run' has files of a bag, but no metadata.yaml, and its name is not "
+      "theirs: "
+      "name it to encode it\n";
   const ProgramRun result = run("encode bags -r 0.05 --json -o made");
   EXPECT_EQ(result.status, 0);
   EXPECT_TRUE(hasPart(result.errors, remark)) << result.errors;
   const nlohmann::json summary = nlohmann::json::parse(result.output);
   EXPECT_EQ(summary["bags"].size(), 2u);
-  EXPECT_EQ(
-      summary["left_out"],
-      (std::vector<std::string>{
-          "bags/day", "bags/a.db3-wal", "bags/c", "bags/c.mcap.bak", "bags/d.mcap"}));
+  EXPECT_EQ(summary["left_out"],
+            (std::vector<std::string>{"bags/day",
+                                      "bags/run",
+                                      "bags/a.db3-wal",
+                                      "bags/c",
+                                      "bags/c.mcap.bak",
+                                      "bags/d.mcap"}));
   // Also where one bag is left.
   fs::remove(folder / "bags/b.mcap");
   EXPECT_TRUE(hasPart(run("encode bags -r 0.05 -o a.mcap").errors, remark));

@@ -76,7 +76,12 @@ leaveOutOthers(EncodeOptions& options)
     console.remark(
         "'" + folder.path + "': left out: " +
         clouds::describeLeftOut(folder.other_folders, folder.other_files) +
-        "; folders in it are not searched, and bags are named .mcap, .db3 or .bag");
+        "; folders in it are not searched, and bags are named .mcap, .db3 or .bag" +
+        (folder.unfinished.empty()
+             ? ""
+             : "; '" + folder.unfinished +
+                   "' has files of a bag, but no metadata.yaml, and its name is not "
+                   "theirs: name it to encode it"));
     for (const auto* const names : {&folder.other_folders, &folder.other_files})
       for (const std::string& name : *names)
         options.left_out.push_back(

@@ -215,7 +215,7 @@ foldersWithOthers(const std::vector<std::string>& inputs)
     for (const std::string& path : pathsOf(input)) {
       if (!fs::is_directory(path) || isBagOrNamedSo(path))
         continue;
-      FolderOfBags folder{path, {}, {}};
+      FolderOfBags folder{path, {}, {}, {}};
       const std::vector<std::string> bags = bagsIn(path);
       for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
         const std::string name = entry.path().filename().string();
@@ -225,6 +225,10 @@ foldersWithOthers(const std::vector<std::string>& inputs)
       }
       for (auto* const names : {&folder.other_folders, &folder.other_files})
         std::sort(names->begin(), names->end(), clouds::comesBefore);
+      for (const std::string& name : folder.other_folders)
+        if (const std::string other = (fs::path(path) / name).string();
+            folder.unfinished.empty() && recording::mayBeParts(other))
+          folder.unfinished = other;
       if (!bags.empty() &&
           !(folder.other_folders.empty() && folder.other_files.empty()))
         folders.push_back(std::move(folder));
