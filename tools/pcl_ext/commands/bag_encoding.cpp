@@ -429,8 +429,10 @@ BagEncoding::finish()
   for (const std::string& remark : input_->remarksOnClouds())
     console_.remark(remark);
   sumUp();
-  if (left_out_ > 0 && options_.input.topics.empty())
-    console_.remark(describeLeftOut(left_out_));
+  if (const std::string left_out =
+          output_->describeLeftOut(options_.input.topics.empty() ? left_out_ : 0);
+      !left_out.empty())
+    console_.remark(left_out);
   const std::vector<std::string> damage = input_->damage();
   for (const std::string& place : damage)
     console_.error(place);

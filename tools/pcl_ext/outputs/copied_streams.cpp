@@ -256,8 +256,9 @@ CopiedStreams::finish()
     console_.remark("the recordings have " +
                     counted(common_messages_, "other message") +
                     " in common, copied once");
-  if (left_out_ > 0)
-    console_.remark(describeLeftOut(left_out_));
+  if (const std::string left_out = output_.describeLeftOut(left_out_);
+      !left_out.empty())
+    console_.remark(left_out);
   const std::string interruption = output_.finish();
   std::string line = path_ + ": " + counted(frames_, "frame") + " of " +
                      counted(streams_.size(), "stream");

@@ -8,6 +8,7 @@
 #include "console/throw_unless_ok.h"
 #include "options/text_values.h"
 
+#include <chrono>
 #include <filesystem>
 #include <stdexcept>
 #include <utility>
@@ -30,13 +31,6 @@ unfinishedPath(const std::string& path)
 }
 
 } // namespace
-
-std::string
-describeLeftOut(std::size_t messages)
-{
-  return "left out: " + counted(messages, "message") +
-         " of other topics, as a file of frames has one stream; x.mcap has them";
-}
 
 std::string
 describeUnfinished(const std::string& path)
@@ -79,9 +73,25 @@ FrameOutput::check(const RecordingStatus& status)
   throw std::runtime_error(status.message() + describeUnfinished(path_));
 }
 
+std::string
+FrameOutput::describeLeftOut(std::size_t messages) const
+{
+  std::string left_out;
+  if (messages > 0)
+    left_out = counted(messages, "message") + " of other topics";
+  if (has_other_times_)
+    left_out += std::string(left_out.empty() ? "" : ", and ") +
+                "the log times, which are not the stamps of the clouds";
+  return left_out.empty() ? left_out
+                          : "left out: " + left_out +
+                                ", as a file of frames has one stream and stamps; "
+                                "x.mcap has all";
+}
+
 FrameOutput::FrameOutput(const Output& output, bool is_bag, const std::string& profile)
 : path_(output.path)
 , existing_(output.existing())
+, is_of_bag_(is_bag)
 , is_bag_(is_bag && kindOfOutput(path_) != OutputKind::Frames)
 {
   throwUnlessOk(is_bag_ ? bag_.open(path_, profile == "ros1" ? "" : profile)
@@ -115,6 +125,10 @@ void
 FrameOutput::write(std::size_t stream, OutputFrame& frame)
 {
   if (!is_bag_) {
+    using std::chrono::floor;
+    using std::chrono::microseconds; // which frames count
+    has_other_times_ |= is_of_bag_ && floor<microseconds>(frame.message.log_time) !=
+                                          floor<microseconds>(frame.cloud.stamp);
     check(recording_.append(
         stream, frame.message.log_time, frame.bytes.data(), frame.bytes.size()));
     return;

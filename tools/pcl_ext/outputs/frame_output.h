@@ -81,6 +81,12 @@ public:
   void
   copyExtras(recording::BagReader& bag);
 
+  /** \brief A sentence on what a file of frames cannot have; empty if there is nothing.
+   * \param[in] messages of other topics
+   */
+  std::string
+  describeLeftOut(std::size_t messages) const;
+
   /** \brief Completes the output and gives it its name. After an interruption an
    * earlier output keeps that, and this one stays unfinished.
    * \return what the interruption left, for the summary; empty if there was none
@@ -94,14 +100,12 @@ private:
 
   std::string path_;
   recording::ExistingFile existing_;
+  bool is_of_bag_;
   bool is_bag_;
+  bool has_other_times_ = false; // frames, that a file of frames cannot have
   recording::RecordingWriter recording_;
   recording::McapWriter bag_;
 };
-
-/** \brief A sentence on messages of other topics that a file of frames cannot have. */
-std::string
-describeLeftOut(std::size_t messages);
 
 /** \brief What is left of an output that failed, after the reason; empty if nothing. */
 std::string
