@@ -178,9 +178,25 @@ stampsOfNames(const std::vector<std::string>& paths)
   return {stamps, ""};
 }
 
+bool
+isNameOfFrame(const std::string& path)
+{
+  std::string number = stemOf(path);
+  if (stampOfName(path))
+    number.resize(std::min(number.find('_'), number.size()));
+  constexpr std::size_t fewest_digits = 6;
+  constexpr std::size_t most_digits = 9;
+  return (number.size() == fewest_digits ||
+          (number.size() > fewest_digits && number.size() <= most_digits &&
+           number[0] != '0')) &&
+         number.find_first_not_of(digits) == std::string::npos;
+}
+
 void
 sortByStamp(std::vector<std::string>& paths)
 {
+  if (std::all_of(paths.begin(), paths.end(), isNameOfFrame))
+    return;
   std::string without;
   auto files = withStamps(paths, without);
   if (files.size() < paths.size())

@@ -38,8 +38,13 @@ struct StampsOfFiles {
 StampsOfFiles
 stampsOfNames(const std::vector<std::string>& paths);
 
+/** \brief Whether a name is one that `pcl_ext decode` gives: the number of the frame in 6
+ * digits or more, and after _ its time, if that is told. */
+bool
+isNameOfFrame(const std::string& path);
+
 /** \brief Sorts files by the times in their names, if all have one: 1.5 before 1.45 is
- * wrong for those. */
+ * wrong for those. Names of frames stay in the order of their numbers. */
 void
 sortByStamp(std::vector<std::string>& paths);
 

@@ -247,6 +247,25 @@ TEST_F(ProgramKept, TimesInNamesOfFilesThatAreLeftOutAreToldOf)
             "'named/map.pcd' has none\n");
 }
 
+TEST_F(ProgramKept, DecodedFilesStayInTheOrderOfFramesWhereTimesGoBack)
+{
+  writeClouds("frames", roomClouds(3));
+  const char* const names[] = {"000000_1305031103.000000000.pcd",
+                               "000001_1305031101.000000000.pcd",
+                               "000002_1305031102.000000000.pcd"};
+  for (int i = 0; i < 3; ++i)
+    std::filesystem::rename(folder / ("frames/00" + std::to_string(i) + ".pcd"),
+                            folder / (std::string("frames/") + names[i]));
+  expectRun("encode frames/" + std::string(names[1]) + " -o one.pcxi -r 0.05");
+  const ProgramRun encoded = run("encode frames -o x.mcap -r 0.05 --i-frame-rate 1");
+  EXPECT_EQ(encoded.errors,
+            "pcl_ext encode: frames: the times in the names are left out, as that of "
+            "'frames/000001_1305031101.000000000.pcd' is not later than that of "
+            "'frames/000000_1305031103.000000000.pcd'\n");
+  EXPECT_EQ(decode(folder / "x.mcap")[0].voxels[1].keys,
+            decode(folder / "one.pcxi")[0].voxels[0].keys);
+}
+
 TEST_F(ProgramKept, NamesThatAreStamps)
 {
   using namespace std::chrono_literals;

@@ -29,18 +29,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/** \brief Whether nameOfFile() may have made the name; others are names of the user. */
 bool
 isCloudOfFrame(const fs::path& file)
 {
-  std::string stem = file.stem().string();
-  if (clouds::stampOfName(file.string()))
-    stem.resize(std::min(stem.find('_'), stem.size()));
-  // As nameOfFile() makes them; other numbers, and times alone, are names of the user.
-  constexpr std::size_t digits = 6;
-  constexpr std::size_t most_digits = 9;
-  return (stem.size() == digits ||
-          (stem.size() > digits && stem.size() <= most_digits && stem[0] != '0')) &&
-         stem.find_first_not_of("0123456789") == std::string::npos &&
+  return clouds::isNameOfFrame(file.string()) &&
          (file.extension() == ".pcd" || file.extension() == ".ply");
 }
 
