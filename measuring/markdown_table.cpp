@@ -22,6 +22,20 @@ formatted(double value, int digits)
   return text;
 }
 
+namespace {
+
+/** \brief Characters of a text in UTF-8. */
+std::size_t
+charactersOf(const std::string& text)
+{
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](unsigned char byte) {
+        return (byte & 0xc0) != 0x80;
+      }));
+}
+
+} // namespace
+
 void
 MarkdownTable::print(std::ostream& output) const
 {
@@ -29,13 +43,14 @@ MarkdownTable::print(std::ostream& output) const
   for (const Row& row : rows_) {
     widths.resize(std::max(widths.size(), row.size()), 3);
     for (std::size_t i = 0; i < row.size(); ++i)
-      widths[i] = std::max(widths[i], row[i].size());
+      widths[i] = std::max(widths[i], charactersOf(row[i]));
   }
   for (const Row& row : rows_) {
     output << '|';
-    for (std::size_t i = 0; i < widths.size(); ++i)
-      output << ' ' << std::left << std::setw(static_cast<int>(widths[i]))
-             << (i < row.size() ? row[i] : std::string()) << " |";
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+      const std::string text = i < row.size() ? row[i] : std::string();
+      output << ' ' << text << std::string(widths[i] - charactersOf(text), ' ') << " |";
+    }
     output << '\n';
     if (&row == &rows_.front()) {
       output << '|';

@@ -34,6 +34,16 @@ TEST_F(ProgramPipe, EncodeAndDecodeInAPipe)
   expectSameFrames(decode(folder / "all.pcxi")[0], 0, decode(folder / "part.pcxi")[0]);
 }
 
+TEST_F(ProgramInfo, ColumnsAreAlignedWhereNamesHaveOtherLetters)
+{
+  KnownStream stream = knownStream(0, 2, 1);
+  stream.name = "/T\xc3\xbcr"; // two bytes of one letter
+  record({stream, knownStream(1, 2, 1)}, folder / "x.mcap");
+  const std::string table = expectRun("info x.mcap").output;
+  EXPECT_TRUE(hasPart(table, "| stream    |"));
+  EXPECT_TRUE(hasPart(table, "| /T\xc3\xbcr      |")) << table;
+}
+
 TEST_F(ProgramInfo, JsonHasTheFiguresOfTheStreams)
 {
   const std::vector<KnownStream> streams = recordTwoStreams(folder / "x.mcap");
