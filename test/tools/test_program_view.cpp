@@ -211,6 +211,7 @@ TEST_F(ProgramView, WhatCannotBeShownOrExportedIsRefused)
        {pipe + "< room/000.pcd", 1, "standard input has no frame: "},
        {pipe + "< x.mcap", 1, "an MCAP file, which can be read when it is"},
        {"view missing.mcap" + page, 1, "missing.mcap"},
+       {"view missing.mcap --page no.html", 1, "missing.mcap"},
        {"view room/000.pcd" + page, 1, "is not a recording"},
        {"view room" + page, 1, "room"},
        {"view x.mcap --page no.html", 1, "the page 'no.html' cannot be"},

@@ -100,15 +100,19 @@ public:
   {
     if (!options_.output.empty())
       return writePage();
+    const bool has_recording = !options_.shows_cell && options_.input != "-";
+    std::vector<std::string> files; // told of before a page that is missing
+    if (has_recording)
+      files = filesOf(options_.input);
     settings_.page = readPage(options_.page);
     settings_.address = options_.address;
     settings_.port = options_.port;
     if (options_.shows_cell)
       showCell();
-    else if (options_.input == "-")
-      showStandardInput();
+    else if (has_recording)
+      showRecording(files);
     else
-      showRecording();
+      showStandardInput();
     return has_failed_ ? something_failed : all_done;
   }
 
@@ -145,9 +149,8 @@ private:
   }
 
   void
-  showRecording()
+  showRecording(const std::vector<std::string>& files)
   {
-    const std::vector<std::string> files = filesOf(options_.input);
     settings_.name = nameOf(options_.input);
     view::ViewServer server(settings_);
     throwUnlessOk(server.setRecording(files));
