@@ -87,16 +87,16 @@ RateControl::endFrame(std::size_t bytes,
   return true;
 }
 
-std::string
+SettingText
 RateControl::leftOutMessage() const
 {
   const std::string& reason = choice_.rateNotKept();
-  return "the cloud was left out, as max_rate of " + rateText(max_rate_) +
-         " has room for " + std::to_string(budget_.room()) + " bytes now" +
-         (tried_bytes_ > 0
-              ? ", the last frame that was tried takes " + std::to_string(tried_bytes_)
-              : "") +
-         (reason.empty() ? "" : "; " + reason);
+  return {"the cloud was left out, as {max_rate} of " + rateText(max_rate_) +
+          " has room for " + std::to_string(budget_.room()) + " bytes now" +
+          (tried_bytes_ > 0
+               ? ", the last frame that was tried takes " + std::to_string(tried_bytes_)
+               : "") +
+          (reason.empty() ? "" : "; " + reason)};
 }
 
 RateControlStatus

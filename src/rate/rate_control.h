@@ -5,6 +5,7 @@
 #include <pcl_ext/compression/frame_statistics.h>
 #include <pcl_ext/compression/rate_control_status.h>
 #include <pcl_ext/compression/voxel_grid.h>
+#include <pcl_ext/status.h>
 
 #include "rate/cloud_clock.h"
 #include "rate/link_budget.h"
@@ -117,7 +118,7 @@ public:
            SensorMotion sensor_motion = SensorMotion::AtRest);
 
   /** \brief Why the last cloud was left out, in one sentence. */
-  std::string
+  SettingText
   leftOutMessage() const;
 
   RateControlStatus

@@ -53,9 +53,7 @@ overloadText(double bytes_per_second,
   const double buffer_bytes = max_rate / 8.0 * buffer_seconds;
   if (i_frame_bytes > buffer_bytes)
     text += ", I-frames " + numberText(i_frame_bytes / 1e3) + " kB of the " +
-            numberText(buffer_bytes / 1e3) +
-            " kB that rate_buffer lets them take: a longer one, or more "
-            "rate_doublings, make room";
+            numberText(buffer_bytes / 1e3) + " kB that the buffer lets them take";
   return text;
 }
 

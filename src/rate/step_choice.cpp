@@ -131,7 +131,8 @@ StepChoice::describe(RateControlStatus& status) const
   status.changes = changes_;
   status.choice = stepText(effective_, settings_.resolution);
   status.reason = reason_;
-  status.not_kept = rate_not_kept_ +
+  status.not_kept = (rate_not_kept_.empty() ? "" : "clouds are left out, as ") +
+                    rate_not_kept_ +
                     (rate_not_kept_.empty() || time_not_kept_.empty() ? "" : "; ") +
                     time_not_kept_;
 }
@@ -258,7 +259,7 @@ StepChoice::keepRate(bool is_short)
     goUp();
   rate_not_kept_.clear();
   if (loadOf(step_) > 1.0 || !fits(step_, 1.0))
-    rate_not_kept_ = "clouds are left out, as " + overload();
+    rate_not_kept_ = overload();
 }
 
 std::string

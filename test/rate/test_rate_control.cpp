@@ -326,9 +326,31 @@ TEST(RateControl, TextsSayWhatAndWhy)
   ASSERT_TRUE(first.beginCloud(0s, true));
   EXPECT_FALSE(first.endFrame(40000, true, 20ms, grid));
   EXPECT_EQ(
-      first.leftOutMessage(),
+      first.leftOutMessage().withIds(),
       "the cloud was left out, as max_rate of 500 kbit/s has room for 15625 bytes "
       "now, the last frame that was tried takes 40000");
+}
+
+TEST(RateControl, TextsNameSettingsAsTheFaceOfTheUserDoes)
+{
+  EncoderSettings settings;
+  settings.max_rate = 2000.0;
+  settings.rate_doublings = 0;
+  RateControl control(settings, false);
+  VoxelGrid grid;
+  for (int i = 0; i < 30; ++i)
+    if (control.beginCloud(i * 100ms, true))
+      control.endFrame(10000, true, 20ms, grid);
+  const std::string too_large =
+      "I-frames 10 kB of the 0.0625 kB that the buffer lets them take";
+  const std::string message =
+      control.leftOutMessage().with([](const std::string& id) { return "--" + id; });
+  EXPECT_EQ(message.find("the cloud was left out, as --max_rate of 2 kbit/s"), 0u)
+      << message;
+  for (const std::string& text : {message, control.status().not_kept}) {
+    EXPECT_NE(text.find(too_large), std::string::npos) << text;
+    EXPECT_EQ(text.find("rate_buffer"), std::string::npos) << text;
+  }
 }
 
 TEST(RateControl, LongEncodingLowersTheEffortAndThenTheVoxels)

@@ -81,8 +81,10 @@ TEST_F(ProgramSite, TellsHowManyCloudsHadNoRoom)
 
   const ProgramRun none = run(options + "1kbit/s" + at(server));
   EXPECT_EQ(none.status, 1);
-  EXPECT_TRUE(hasPart(none.errors,
-                      "/room: --max-rate has no room for any of its 100 clouds: "));
+  const std::string no_room =
+      "/room: --max-rate has no room for any of its 100 clouds: ";
+  EXPECT_TRUE(hasPart(none.errors, no_room));
+  EXPECT_FALSE(hasPart(none.errors, "max_rate")) << none.errors;
 }
 
 TEST_F(ProgramSite, TellsWhatMaxRateHasChanged)

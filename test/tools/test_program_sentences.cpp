@@ -120,10 +120,10 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
        "--pose: there is no stream '/roof'; there are /room"},
       {room + "--intensity-field signal", 2, "the clouds have no field 'signal'"},
       {room + "--brightness 1", 2, "--brightness"},
-      {room + "-r 0", 2, "--resolution: Value 0 not in range"},
+      {room + "-r 0", 2, "--resolution: '0' is no number from 1e-06 to 1e+06;"},
       {room + "--resolution 5cm",
        2,
-       "'5cm' is no number: edge of a voxel, metres, such as 0.05"},
+       "'5cm' is no number from 1e-06 to 1e+06: edge of a voxel, metres, such as 0.05"},
       {room + "-e great", 2, "great not in {fast,balanced,small}"},
       {room + "-l quadratic", 2, "--sensor is not set"},
       {room + "--sensor d435", 2, "unknown sensor 'd435'"},
@@ -149,7 +149,7 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
        2,
        "has no effect on clouds without intensities"}};
   for (const std::string option : {"--rate", "--resolution", "--intensity-range"})
-    rows.push_back({room + option + " nan", 2, option + ": 'nan' is no number"});
+    rows.push_back({room + option + " nan", 2, option + ": 'nan' is no "});
   for (const std::string frames : {"1", "65", "4.5", "-8", "0x8", "many"})
     rows.push_back({room + "--temporal-filter=" + frames,
                     2,
@@ -293,7 +293,7 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
       {"encode room -o b.pcxi -r 0.05 --law count --remove-outliers",
        " voxels removed as outliers"},
       {"encode room -o c.pcxi -r 0.05 --remove-outliers --law none",
-       "a depth camera's noise is found with --law count or quadratic; of a lidar, "
+       "a depth camera's noise is found with --law count or quadratic; for a lidar, "
        "points are judged where its clouds are in its own coordinates"},
       {"encode millimetres -o d.pcxi",
        "if that is in millimetres, --resolution 10 makes voxels"},

@@ -19,8 +19,10 @@ remarkOnStream(Console& console,
         (sums.warnings > 1
              ? " (and " + counted(sums.warnings - 1, "more frame") + " with warnings)"
              : ""));
-  for (const auto& remark : report.remarks)
-    console.remark(remark.second);
+  const bool has_no_room = sums.frames == 0 && sums.clouds_left_out > 0;
+  for (const auto& [kind, remark] : report.remarks)
+    if (kind != Remark::Budget || !has_no_room) // else the error below has it
+      console.remark(remark);
   if (2 * sums.hidden_voxels > sums.occupiedVoxels())
     console.remark(name + ": the temporal filter hid " +
                    counted(sums.hidden_voxels, "voxel") + " of " +
@@ -28,7 +30,7 @@ remarkOnStream(Console& console,
                    ", as most are seen in few frames: take a larger --resolution, or " +
                    (report.is_filter_chosen ? "--rate-temporal-filter 0"
                                             : "leave out --temporal-filter"));
-  if (sums.frames == 0 && sums.clouds_left_out > 0) {
+  if (has_no_room) {
     console.error(describeNoRoom(name, sums));
     return false;
   }

@@ -236,7 +236,7 @@ StreamEncoder::outlierRemark() const
                               counted(sums_.outliers + sums_.voxels, "voxel") +
                               " removed as outliers, ";
   const std::string remedy =
-      "of a lidar, points are judged where its clouds are in its own "
+      "for a lidar, points are judged where its clouds are in its own "
       "coordinates, best with rows and columns or a field 'ring', and "
       "--unit rays judges voxels";
   if (very_many * sums_.outliers > sums_.outliers + sums_.voxels)
@@ -262,7 +262,10 @@ StreamEncoder::budgetRemark() const
   return "rate control, " + counted(status.changes, "change") +
          ", at the end: " + status.choice +
          (status.changes > 0 ? ", as " + status.reason : "") +
-         (status.not_kept.empty() ? "" : "; " + status.not_kept);
+         (status.not_kept.empty() ? "" : "; " + status.not_kept) +
+         (status.clouds_left_out > 0
+              ? "; a longer --rate-buffer or more --rate-doublings leave out fewer"
+              : "");
 }
 
 std::string
