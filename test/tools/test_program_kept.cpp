@@ -113,6 +113,9 @@ TEST_F(ProgramKept, OrderIfThatIsAskedFor)
     EXPECT_EQ(encoded.status, 0);
     EXPECT_EQ(hasPart(encoded.output, "points in order"), out == "kept")
         << encoded.output;
+    EXPECT_EQ(hasPart(encoded.output, " 0.02 m, the step of coordinates"),
+              out == "kept")
+        << encoded.output;
     const auto bytes = std::filesystem::file_size(folder / (out + ".pcxi"));
     const std::string remark = "the order of the points takes ";
     EXPECT_EQ(

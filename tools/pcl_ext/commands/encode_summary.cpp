@@ -19,26 +19,33 @@ namespace {
 
 /** \brief How many points are in order, and how many in voxels. */
 std::string
-describePoints(const EncodedSums& sums, double resolution)
+describePoints(const EncodedSums& sums, const io::EncoderSettings& settings)
 {
-  const double smallest_edge = sums.frames > 0 ? sums.smallest_edge : resolution;
+  const double smallest_edge =
+      sums.frames > 0 ? sums.smallest_edge : settings.resolution;
   std::ostringstream edge;
   edge << smallest_edge;
-  if (constexpr double tolerance = 1.0 + 1e-6;
-      sums.largest_edge > tolerance * smallest_edge)
+  constexpr double tolerance = 1.0 + 1e-6;
+  if (sums.largest_edge > tolerance * smallest_edge)
     edge << " m to " << sums.largest_edge;
+  edge << " m";
+  // Else other settings make edges larger, too.
+  if (sums.largest_edge > tolerance * settings.resolution &&
+      !settings.coarsen_wide_clouds && settings.max_rate == 0.0 &&
+      settings.max_encode_ms == 0.0)
+    edge << ", the step of coordinates";
   const std::size_t in_voxels = sums.encoded_points - sums.points_in_order;
   std::string text;
   if (sums.points_in_order > 0)
     text = counted(sums.points_in_order, "point") + " " + sums.orders.describe() +
-           (in_voxels > 0 ? ", and " : ", edge " + edge.str() + " m");
+           (in_voxels > 0 ? ", and " : ", edge " + edge.str());
   if (sums.points_in_order > 0 && in_voxels == 0)
     return text;
   // Points are counted before voxels are removed, hidden and held.
   const std::size_t measured = sums.occupiedVoxels() + sums.outliers;
   const bool are_same = sums.outliers + sums.hidden_voxels + sums.held_voxels == 0;
   text += counted(in_voxels, "point") + " in " + counted(measured, "voxel") + " of " +
-          edge.str() + " m";
+          edge.str();
   if (measured > 0)
     text +=
         " (" +
@@ -58,7 +65,7 @@ describeEncoded(const EncodedSums& sums,
                 double bytes_a_second)
 {
   const auto encoded_points = static_cast<double>(sums.encoded_points);
-  std::string text = describePoints(sums, options.codec().resolution);
+  std::string text = describePoints(sums, options.codec());
   if (sums.clouds_left_out > 0)
     text += ", " + counted(sums.clouds_left_out, "cloud") + " left out for --max-rate";
   if (sums.all_points > sums.points)
