@@ -132,8 +132,8 @@ private:
   void
   takeLayout(const pcl::PCLPointCloud2& cloud)
   {
-    if (cloud.data.empty())
-      return; // it may be without fields
+    if (cloud.data.empty() && (info_.layout || cloud.fields.empty()))
+      return; // empty clouds may have other fields, or none
     io::MessageLayout layout = layoutToCarry(cloud, settings_);
     if (info_.layout && info_.layout->point_step == layout.point_step &&
         info_.layout->fields == layout.fields)

@@ -227,6 +227,26 @@ TEST_F(ProgramLayouts, MayChangeWithinATopic)
   }
 }
 
+TEST_F(ProgramLayouts, EmptyCloudsHaveThatOfTheirFields)
+{
+  std::vector<PointCloudMessage> clouds(3, driverMessage());
+  for (std::uint32_t i = 0; i < 3; ++i)
+    clouds[i].stamp += std::chrono::seconds(i);
+  for (const std::size_t i : {0u, 2u}) {
+    clouds[i].height = 1;
+    clouds[i].width = clouds[i].row_step = 0;
+    clouds[i].bytes.clear();
+  }
+  writeCloudBag(folder / "bag.mcap", clouds);
+  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01").status, 0);
+  expectRun("decode small.mcap -o again.mcap");
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const PointCloudMessage cloud = readCloud(folder / "again.mcap", i, 3);
+    EXPECT_EQ(cloud.point_step, sizeof(DriverPoint)) << i;
+    expectFields(cloud.fields, {driver_fields.begin(), driver_fields.begin() + 4});
+  }
+}
+
 TEST_F(ProgramLayouts, PackedPointsHaveNoPadding)
 {
   writeCloudBag(folder / "bag.mcap", driverMessage());
