@@ -100,9 +100,8 @@ warnOfPoints(const VoxelizationStatistics& cloud,
   warn(cloud.points_behind_sensor,
        cloud.points,
        "points are behind the sensor (negative depth) and have intensity 0: set "
-       "{sensor_pose}, or the cloud's sensor_origin_ and sensor_orientation_, to the "
-       "pose "
-       "whose z axis is the optical axis",
+       "{sensor_pose}, or the pose that the cloud itself has, to that whose z axis is "
+       "the optical axis",
        text);
   warn(cloud.intensities_not_finite,
        cloud.points,

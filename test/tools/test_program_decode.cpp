@@ -162,10 +162,11 @@ TEST_F(ProgramDecode, UnitsMustFitTheLawOfTheRecording)
   EXPECT_NE(run("decode kept.mcap -o c --remove-outliers --unit points").status, 2);
   // Without a law all voxels are removed.
   expectRun("encode room -o count.pcxi -r 0.05 --law count -q");
-  expectFailure("decode count.pcxi -o d --remove-outliers --unit faces",
-                1,
-                "more than noise usually is; of counts --unit points, of a lidar "
-                "--unit rays");
+  expectFailure(
+      "decode count.pcxi -o d --remove-outliers --unit faces",
+      1,
+      "more than noise usually is; for counts name --unit points, for a lidar "
+      "--unit rays");
 }
 
 TEST_F(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
@@ -195,8 +196,9 @@ TEST_F(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
         run(std::string("decode x.mcap --remove-outliers -o ") + law);
     EXPECT_EQ(automatic.status, 0);
     EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
-    EXPECT_TRUE(hasPart(automatic.errors,
-                        "removed as outliers: of a lidar, --unit rays finds snow"));
+    EXPECT_TRUE(hasPart(
+        automatic.errors,
+        "removed as outliers: for a lidar, --unit rays finds noise such as snow"));
   }
   // Named, it says nothing.
   EXPECT_EQ(expectRun("decode x.mcap -o rays --remove-outliers --unit rays").errors,
@@ -236,7 +238,8 @@ TEST_F(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
   const ProgramRun automatic = run("decode x.mcap -o a --remove-outliers");
   EXPECT_EQ(automatic.status, 0);
   EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
-  EXPECT_TRUE(hasPart(automatic.errors, "of a lidar, --unit rays finds snow"));
+  EXPECT_TRUE(
+      hasPart(automatic.errors, "for a lidar, --unit rays finds noise such as snow"));
   EXPECT_FALSE(hasPart(automatic.errors, "does not tell"));
   expectRun("decode x.mcap -o all");
   run("decode x.mcap -o points --remove-outliers --unit points");

@@ -115,9 +115,9 @@ StreamDecoder::makeRemoval()
       !fault.empty())
     throw UsageError(name_ + ": " + fault);
   if (is_automatic_ && !law && !voxels_.points.sensor)
-    remark_ = name_ + ": the recording does not tell what its intensities are; of "
+    remark_ = name_ + ": the recording does not tell what its intensities are; for "
                       "counts of a depth camera --unit points removes more outliers, "
-                      "of a lidar --unit rays";
+                      "for a lidar --unit rays does";
   removal_ = std::make_unique<Removal>(outlierRemovalOf(options_, metadata_, voxels_),
                                        options_.limits.budget);
 }
@@ -194,9 +194,9 @@ StreamDecoder::remark() const
   if (unit && very_many * removed_ > judged_)
     return counts + "more than noise usually is" +
            (unit == DensityUnit::Faces
-                ? "; of counts --unit points, of a lidar --unit rays"
+                ? "; for counts name --unit points, for a lidar --unit rays"
             : unit != DensityUnit::Rays
-                ? "; of a lidar, --unit rays judges by what its rays would hit"
+                ? "; for a lidar, --unit rays judges by what its rays would hit"
             : is_automatic_ ? ""
                             : "; --sensor-position tells where the lidar is");
   const bool may_be_lidar =
@@ -209,7 +209,7 @@ StreamDecoder::remark() const
       has_intensities_ && (unit == DensityUnit::Points || !is_automatic_);
   if (!removes_hardly_any || (knows_densities && !is_automatic_))
     return {};
-  const std::string line = counts + "of a lidar, --unit rays finds snow";
+  const std::string line = counts + "for a lidar, --unit rays finds noise such as snow";
   return knows_densities || voxels_.has_point_counts ||
                  lawOf(metadata_) == IntensityLaw::Count
              ? line
