@@ -206,25 +206,26 @@ addIntensities(EncoderSettingTable& table)
                    {},
                    "Intensity of several points in a voxel; automatic: mean for native "
                    "in version1, else sum.",
-                   {"--aggregation", "", "of the intensities in a voxel"},
+                   {"--aggregation", "", "what several intensities in a voxel become"},
                    {},
                    {"law"}});
   table.push_back({"intensity_bits",
                    &S::intensity_bits,
                    {1.0, 16.0, "bits", "automatic"},
                    "Bits of an intensity; published: 8.",
-                   {"--intensity-bits", "N", "of an intensity, 1 to 16"},
+                   {"--intensity-bits", "N", "bits of an intensity, 1 to 16"},
                    {},
                    {"law"}});
-  table.push_back({"intensity_range",
-                   &S::intensity_range,
-                   {0.0, largest_intensity, "of the intensity", "automatic"},
-                   "Top of the scale: points, for quadratic and linear shares of a "
-                   "voxel face (1: a whole one, which is decoded as 255), else as in "
-                   "the clouds; published: 255.",
-                   {"--intensity-range", "I", "top of the scale, of a face 1"},
-                   {},
-                   {"law"}});
+  table.push_back(
+      {"intensity_range",
+       &S::intensity_range,
+       {0.0, largest_intensity, "of the intensity", "automatic"},
+       "Top of the scale: points, for quadratic and linear shares of a "
+       "voxel face (1: a whole one, which is decoded as 255), else as in "
+       "the clouds; published: 255.",
+       {"--intensity-range", "I", "largest intensity; of shares of a face 1"},
+       {},
+       {"law"}});
   table.push_back(
       {"intensity_curve",
        wordAccess<&S::intensity_curve, intensity_curves>(),
@@ -239,7 +240,7 @@ addIntensities(EncoderSettingTable& table)
                    {1.0, 8.0, "bits", "none"},
                    "Bits of a colour channel, for clouds with colours, which can "
                    "double the bytes of a frame; version1 only.",
-                   {"--colour-bits", "N", "of a channel, where clouds have colours"},
+                   {"--colour-bits", "N", "of red, green and blue each"},
                    {}});
 }
 
@@ -265,7 +266,8 @@ addPoints(EncoderSettingTable& table)
        "that takes; version1 only.",
        {"--keep-order",
         "",
-        "keep all points in their order, whatever bytes that takes",
+        "keep all points in their order, whatever bytes that takes; colours are "
+        "rounded to {colour_bits}, 8: exact",
         OptionGroup::Cloud},
        {}});
   table.push_back(
@@ -284,7 +286,7 @@ addPoints(EncoderSettingTable& table)
                    &S::threads,
                    {1.0, 256.0, "", ""},
                    "Most threads that encode a cloud; the bytes do not depend on it.",
-                   {"--threads", "N", "that encode a large cloud"},
+                   {"--threads", "N", "threads for one large cloud"},
                    {}});
 }
 
@@ -326,7 +328,8 @@ addBudget(EncoderSettingTable& table)
        "filters, bits and voxels become coarser, and clouds without room are left out.",
        {"--max-rate",
         "RATE",
-        "of a stream in any second, as 2Mbit/s; what follows may change",
+        "most that a stream may take in any second, as 2Mbit/s; settings become "
+        "coarser and clouds are left out to keep it; 0: no limit",
         OptionGroup::Budget},
        {}});
   table.push_back({"rate_buffer",
@@ -335,7 +338,7 @@ addBudget(EncoderSettingTable& table)
                    "How long, at {max_rate}, a frame may take and wait to be sent.",
                    {"--rate-buffer",
                     "S",
-                    "0.01 to 1 s at {max_rate} that a frame may take and wait",
+                    "how long a frame may be sent and wait, 0.01 to 1 s",
                     OptionGroup::Budget},
                    {},
                    {"max_rate"}});
@@ -346,7 +349,7 @@ addBudget(EncoderSettingTable& table)
                    "follow, and {max_rate} may raise the effort.",
                    {"--max-encode-ms",
                     "MS",
-                    "of encoding on average; {effort} follows it",
+                    "mean time to encode; {effort} falls to keep it",
                     OptionGroup::Budget},
                    {}});
   table.push_back({"rate_temporal_filter",
@@ -356,7 +359,7 @@ addBudget(EncoderSettingTable& table)
                    "sensor rests.",
                    {"--rate-temporal-filter",
                     "FRAMES",
-                    "strongest that may be chosen, of a sensor at rest",
+                    "most {temporal_filter} to keep {max_rate}",
                     OptionGroup::Budget},
                    {},
                    {"max_rate"}});
@@ -368,7 +371,7 @@ addBudget(EncoderSettingTable& table)
                    "cloud.",
                    {"--rate-sent-share",
                     "SHARE",
-                    "of clouds, others are left out before voxels double",
+                    "clouds to send at least before voxels double, 1: all",
                     OptionGroup::Budget},
                    {},
                    {"max_rate"}});

@@ -53,13 +53,19 @@ encodeOne(const EncodeOptions& options)
 std::string
 optionsText(const CLI::App& app)
 {
-  const std::vector<std::string> without_effect = {
-      "IN", "--output", "--overwrite", "--jobs", "--json", "--quiet", "--help"};
+  const std::vector<std::string> without_effect = {"IN",
+                                                   "--output",
+                                                   "--overwrite",
+                                                   "--jobs",
+                                                   "--json",
+                                                   "--progress",
+                                                   "--quiet",
+                                                   "--help"};
   std::string text;
   for (const CLI::Option* const option : app.get_options()) {
-    const std::string& name = option->get_name(); // empty: not in the help
-    if (name.empty() || std::find(without_effect.begin(), without_effect.end(), name) !=
-                            without_effect.end())
+    const std::string& name = option->get_name();
+    if (std::find(without_effect.begin(), without_effect.end(), name) !=
+        without_effect.end())
       continue;
     for (const std::string& value : option->results())
       text += (text.empty() ? "" : " ") + name + (value == "true" ? "" : "=" + value);
@@ -164,11 +170,9 @@ addEncode(CLI::App& app)
             "N",
             "threads that encode; 0: one a core; same bytes for any");
   app.add_flag("--json", options->is_json, "print the summary for programs");
-  // For programs alone: doc/recordings.md has it, and the help remains a screen.
   app.add_flag("--progress",
                options->reports_progress,
-               "print how far it is for programs, on the standard error")
-      ->group("");
+               "print how far it is for programs, on the standard error");
   addQuiet(app, options->is_quiet);
   return [options, &app] {
     options->input.has_rate = isGiven(app, "--rate");

@@ -66,9 +66,9 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
          centre.resolution,
          "voxel edge of --merge and --map, not finer than the streams' (that of "
          "the first one)")
-      ->check(refuseNan)
-      ->check(
-          CLI::Range(io::smallest_resolution, io::largest_resolution).description(""))
+      ->check([](const std::string& text) {
+        return refuseOutside(text, io::smallest_resolution, io::largest_resolution);
+      })
       ->type_name("METRES");
   const auto add_time = [&app](const char* name,
                                nodes::Time& time,
@@ -96,8 +96,7 @@ addCentreOptions(CLI::App& app, ReceiveOptions& options)
          centre.map.full_intensity,
          "that counts as one hit in the map, lower ones as a part of it; 0: each "
          "voxel does (0 for law native, else 4)")
-      ->check(refuseNan)
-      ->check(CLI::Range(0.0, 1e30).description(""))
+      ->check([](const std::string& text) { return refuseOutside(text, 0.0, 1e30); })
       ->type_name("I");
   centre.decoding.limits = nodes::CentralNodeSettings::defaultLimits();
   addDecodingOptions(app, centre.decoding);

@@ -22,9 +22,11 @@ addLimits(CLI::App& app, io::DecoderLimits& limits)
            limits.max_voxels = voxels;
            limits.free_voxels = most;
          },
-         "refuse frames with more, or more points in order (2^28; above 2^23 a byte "
-         "for 64 of them)")
-      ->check(CLI::Range(std::size_t{1}, most).description(""))
+         "refuse frames with more voxels or points (2^28, above 2^23 only those with "
+         "a byte for 64 of them)")
+      ->check([](const std::string& text) {
+        return refuseOutside(text, std::size_t{1}, most);
+      })
       ->type_name("N");
   addParsed(app,
             "--memory-limit",
@@ -41,7 +43,7 @@ addLimits(CLI::App& app, io::DecoderLimits& limits)
 void
 addDecodingOptions(CLI::App& app, DecodingOptions& options)
 {
-  app.add_option("--min-intensity", options.min_intensity, "leave out voxels below")
+  app.add_option("--min-intensity", options.min_intensity, "leave out voxels with less")
       ->check(refuseNan)
       ->type_name("I");
   addOutlierRemoval(app,

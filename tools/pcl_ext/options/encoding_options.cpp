@@ -83,7 +83,9 @@ EncodingOptions::addCodecOptions(CLI::App& app)
             "-l,--law",
             lawChoices(),
             law_,
-            "automatic: native, or none (also if in --fields)");
+            "intensity of voxels: native: the clouds' own; count: points; quadratic, "
+            "linear: share of a face, needs --sensor; automatic: native, else none, "
+            "also if --fields has it");
   addParsed(app,
             "--sensor",
             "SENSOR",
@@ -138,13 +140,16 @@ EncodingOptions::addCloudOptions(CLI::App& app)
       ->type_name("POSE");
   addCropOption(app);
   addOutlierRemoval(app,
-                    "before encoding",
+                    "leave out noise before encoding",
                     removes_outliers_,
                     "for --remove-outliers of voxels",
                     unit_);
-  app.add_option("--intensity-field", intensity_field_, "for native (intensity)")
+  app.add_option("--intensity-field",
+                 intensity_field_,
+                 "field that --law native reads (intensity)")
       ->type_name("NAME");
-  app.add_option("--frame-id", frame_id_, "of the world (that of the clouds)")
+  app.add_option(
+         "--frame-id", frame_id_, "frame_id after --pose, as map (that of the clouds)")
       ->type_name("NAME");
   addSettingOptions(app, io::encoderSettingTable(), io::OptionGroup::Cloud, codec_);
 }

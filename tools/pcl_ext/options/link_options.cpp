@@ -33,12 +33,12 @@ addLinkOptions(CLI::App& app, link::LinkSettings& settings)
   add("--server",
       settings.servers,
       "URLS",
-      "of NATS, tls://HOST:PORT if encrypted (" + settings.servers + ")",
+      "NATS servers, tls://HOST:PORT if encrypted (" + settings.servers + ")",
       "PCL_EXT_SERVER");
   add("--site",
       settings.site,
       "NAME",
-      "whose streams these are (" + settings.site + ")",
+      "name of the site that has the streams (" + settings.site + ")",
       "PCL_EXT_SITE");
   add("--user",
       settings.user,
@@ -58,9 +58,13 @@ addLinkOptions(CLI::App& app, link::LinkSettings& settings)
   add("--certificate",
       settings.certificate_file,
       "FILE",
-      "of this client",
+      "certificate of this program for the server, PEM",
       "PCL_EXT_CERTIFICATE");
-  add("--key", settings.key_file, "FILE", "of --certificate", "PCL_EXT_KEY");
+  add("--key",
+      settings.key_file,
+      "FILE",
+      "private key that belongs to --certificate, PEM",
+      "PCL_EXT_KEY");
 }
 
 void

@@ -20,6 +20,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace pcl_ext::tools {
@@ -106,6 +107,19 @@ refuseNan(const std::string& text)
   return is_number ? std::string() : "'" + text + "' is no number";
 }
 
+/** \brief Refuses what is no number in a range. */
+template <typename NumberT>
+std::string
+refuseOutside(const std::string& text, NumberT lowest, NumberT highest)
+{
+  if (refuseNan(text).empty() && CLI::Range(lowest, highest)(text).empty())
+    return {};
+  std::ostringstream fault;
+  fault << '\'' << text << "' is no " << (std::is_integral_v<NumberT> ? "whole " : "")
+        << "number from " << lowest << " to " << highest;
+  return fault.str();
+}
+
 /** \brief Adds an option that is a number in a range.
  * \param[in,out] value the default; is set if the option is given
  * \param[in] type what stands for the number, such as METRES
@@ -122,13 +136,12 @@ addNumber(CLI::App& app,
 {
   std::ostringstream default_value;
   default_value << value;
-  const auto refuse = [description](const std::string& text) {
-    const std::string fault = refuseNan(text);
-    return fault.empty() ? fault : fault + ": " + description;
+  const auto refuse = [=](const std::string& text) {
+    const std::string fault = refuseOutside(text, lowest, highest);
+    return refuseNan(text).empty() ? fault : fault + ": " + description;
   };
   return app.add_option(name, value, description + " (" + default_value.str() + ")")
       ->check(refuse)
-      ->check(CLI::Range(lowest, highest).description(""))
       ->type_name(type);
 }
 
@@ -151,12 +164,10 @@ addOptionalNumber(CLI::App& app,
   const auto refuse = [lowest, highest](const std::string& text) {
     // Flags take hexadecimal numbers as 0.
     const bool is_decimal = text.find_first_not_of("0123456789") == std::string::npos;
-    const bool is_valid =
-        is_decimal && (text == "0" || CLI::Range(lowest, highest)(text).empty());
-    return is_valid
-               ? std::string()
-               : "'" + text + "' is no whole number from " + std::to_string(lowest) +
-                     " to " + std::to_string(highest) + ", or 0";
+    if (is_decimal && (text == "0" || refuseOutside(text, lowest, highest).empty()))
+      return std::string();
+    return "'" + text + "' is no whole number from " + std::to_string(lowest) + " to " +
+           std::to_string(highest) + ", or 0";
   };
   app.parse_complete_callback([&app, name] {
     const CLI::Option* const inputs = app.get_option_no_throw("IN");
