@@ -131,10 +131,9 @@ StepChoice::describe(RateControlStatus& status) const
   status.changes = changes_;
   status.choice = stepText(effective_, settings_.resolution);
   status.reason = reason_;
-  status.not_kept = (rate_not_kept_.empty() ? "" : "clouds are left out, as ") +
-                    rate_not_kept_ +
-                    (rate_not_kept_.empty() || time_not_kept_.empty() ? "" : "; ") +
-                    time_not_kept_;
+  status.not_kept =
+      (rate_not_kept_.empty() ? "" : "clouds are left out, as ") + rate_not_kept_ +
+      (rate_not_kept_.empty() || time_not_kept_.empty() ? "" : "; ") + time_not_kept_;
 }
 
 /** \brief Share of the rate that frames would take on a step. */
