@@ -86,8 +86,8 @@ leaveOutOthers(EncodeOptions& options)
         (folder.unfinished.empty()
              ? ""
              : "; '" + folder.unfinished +
-                   "' has files of a bag, but no metadata.yaml, and its name is not "
-                   "theirs: name it to encode it"));
+                   "' seems to be a bag without metadata.yaml: name this folder to "
+                   "encode it"));
     for (const auto* const names : {&folder.other_folders, &folder.other_files})
       for (const std::string& name : *names)
         options.left_out.push_back(
