@@ -10,24 +10,21 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
-
-constexpr struct {
-  const char* name;
-  Kind kind;
-  std::uint64_t bytes;
-} types[] = {{"uint8", Kind::Unsigned, 1},
-             {"int8", Kind::Signed, 1},
-             {"uint16", Kind::Unsigned, 2},
-             {"int16", Kind::Signed, 2},
-             {"uint32", Kind::Unsigned, 4},
-             {"int32", Kind::Signed, 4},
-             {"float32", Kind::Real, 4},
-             {"float64", Kind::Real, 8}};
-
 FileField
 parseField(const std::string& text)
 {
+  constexpr struct {
+    const char* name;
+    FieldKind kind;
+    std::uint64_t bytes;
+  } types[] = {{"uint8", FieldKind::Unsigned, 1},
+               {"int8", FieldKind::Signed, 1},
+               {"uint16", FieldKind::Unsigned, 2},
+               {"int16", FieldKind::Signed, 2},
+               {"uint32", FieldKind::Unsigned, 4},
+               {"int32", FieldKind::Signed, 4},
+               {"float32", FieldKind::Real, 4},
+               {"float64", FieldKind::Real, 8}};
   const std::size_t colon = text.rfind(':');
   const std::string name = text.substr(0, colon);
   const std::string type =
@@ -37,7 +34,8 @@ parseField(const std::string& text)
   std::string known;
   for (const auto& candidate : types) {
     if (type == candidate.name)
-      return {name, name == "_" ? Kind::Ignored : candidate.kind, candidate.bytes, 1};
+      return {
+          name, name == "_" ? FieldKind::Ignored : candidate.kind, candidate.bytes, 1};
     known += (known.empty() ? "" : ", ") + std::string(candidate.name);
   }
   fail("'" + shownText(type) + "' of the field '" + shownText(name) +

@@ -286,8 +286,8 @@ checkGivenLayout(const std::vector<std::uint8_t>& data,
             fields,
             "--bin-fields has " + std::to_string(bytesOf(fields)) + " bytes a point");
   if (!std::all_of(fields.begin(), fields.end(), [](const FileField& field) {
-        return field.bytes == sizeof(float) && (field.kind == FileField::Kind::Real ||
-                                                field.kind == FileField::Kind::Ignored);
+        return field.bytes == sizeof(float) &&
+               (field.kind == FieldKind::Real || field.kind == FieldKind::Ignored);
       }))
     return {};
   const std::string other = otherLayout(FirstNumbers(data), data.size(), fields.size());

@@ -17,7 +17,7 @@ toMessage(const pcl::PointCloud<PointT>& points, pcl::PCLPointCloud2& cloud)
   constexpr bool has_intensity = pcl::traits::has_intensity<PointT>::value;
   std::vector<FileField> fields;
   for (const char* name : {"x", "y", "z", "intensity"})
-    fields.push_back({name, FileField::Kind::Real, sizeof(float), 1});
+    fields.push_back({name, FieldKind::Real, sizeof(float), 1});
   fields.resize(has_intensity ? 4 : 3);
   startCloud(fields, points.width, points.height, cloud);
   if (has_intensity)

@@ -16,7 +16,6 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
 using pcl::PCLPointCloud2;
 using pcl::PCLPointField;
 
@@ -34,7 +33,8 @@ fullValue(const PCLPointCloud2& cloud,
           bool& are_clamped)
 {
   const auto isByte = [](const NumberReader& channel) {
-    return channel.fileField().kind == Kind::Unsigned && channel.fileField().bytes == 1;
+    return channel.fileField().kind == FieldKind::Unsigned &&
+           channel.fileField().bytes == 1;
   };
   if (std::all_of(channels.begin(), channels.end(), isByte))
     return 255.0;
@@ -57,7 +57,7 @@ fullValue(const PCLPointCloud2& cloud,
   }
   const bool are_shares =
       std::any_of(channels.begin(), channels.end(), [](const NumberReader& channel) {
-        return channel.fileField().kind == Kind::Real;
+        return channel.fileField().kind == FieldKind::Real;
       });
   std::optional<double> full;
   if (are_shares && largest <= most_above_full)

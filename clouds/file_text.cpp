@@ -93,14 +93,13 @@ appendNumber(std::string_view word,
              const FileField& field,
              std::vector<std::uint8_t>& bytes)
 {
-  using Kind = FileField::Kind;
-  if (field.kind == Kind::Ignored) {
+  if (field.kind == FieldKind::Ignored) {
     bytes.resize(bytes.size() + field.bytes);
     return true;
   }
   if (word.size() > 1 && word[0] == '+' && word[1] != '-')
     word.remove_prefix(1);
-  if (field.kind == Kind::Real)
+  if (field.kind == FieldKind::Real)
     return appendReal(word, field.bytes, bytes);
   if (appendInteger(word, field, bytes))
     return true;
@@ -167,7 +166,7 @@ readPoint(const std::string& line,
   Words words(line);
   std::uint64_t count = 0;
   for (const FileField& field : fields) {
-    if (field.kind == FileField::Kind::IgnoredList) {
+    if (field.kind == FieldKind::IgnoredList) {
       std::uint64_t numbers = 0;
       bool is_whole = isWhole(words.next(), numbers);
       for (; is_whole && numbers > 0; --numbers)

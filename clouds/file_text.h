@@ -17,18 +17,19 @@ namespace clouds {
 [[noreturn]] void
 fail(const std::string& reason);
 
+/** \brief Type of the numbers of a field in a file. */
+enum class FieldKind {
+  Real,
+  Signed,
+  Unsigned,
+  Ignored,
+  IgnoredList ///< in text: how many numbers follow, and these; it has no bytes
+};
+
 /** \brief A field of points in a file: numbers that follow each other. */
 struct FileField {
-  enum class Kind {
-    Real,
-    Signed,
-    Unsigned,
-    Ignored,
-    IgnoredList ///< in text: how many numbers follow, and these; it has no bytes
-  };
-
   std::string name;
-  Kind kind = Kind::Real;
+  FieldKind kind = FieldKind::Real;
   std::uint64_t bytes = 4; ///< of a number
   std::uint64_t count = 1; ///< numbers
 };
@@ -40,9 +41,9 @@ template <typename VisitorT>
 auto
 visitZero(const FileField& field, const VisitorT& visit)
 {
-  if (field.kind == FileField::Kind::Real)
+  if (field.kind == FieldKind::Real)
     return field.bytes == sizeof(float) ? visit(0.0f) : visit(0.0);
-  const bool is_signed = field.kind == FileField::Kind::Signed;
+  const bool is_signed = field.kind == FieldKind::Signed;
   switch (field.bytes) {
   case 1:
     return is_signed ? visit(std::int8_t{}) : visit(std::uint8_t{});

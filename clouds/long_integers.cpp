@@ -16,7 +16,6 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
 using pcl::PCLPointCloud2;
 using pcl::PCLPointField;
 
@@ -24,7 +23,7 @@ bool
 isLong(const PCLPointField& field)
 {
   const FileField type = fileFieldOf(field);
-  return type.bytes == 8 && type.kind != Kind::Real && field.name != "_";
+  return type.bytes == 8 && type.kind != FieldKind::Real && field.name != "_";
 }
 
 /** \brief Whether each value of a field of 64-bit integers is in a range. */
@@ -91,7 +90,7 @@ LongIntegers::holdsAll(Form form,
                        const PCLPointField& field) const
 {
   constexpr std::int64_t one = 1;
-  const bool is_signed = fileFieldOf(field).kind == Kind::Signed;
+  const bool is_signed = fileFieldOf(field).kind == FieldKind::Signed;
   switch (form) {
   case Form::Double:
     return (!one_of_several || hasStep(field)) &&

@@ -95,17 +95,16 @@ pcdField(const std::string& name,
          const std::string& count,
          std::vector<std::string>& remarks)
 {
-  using Kind = FileField::Kind;
   const std::string type = upperCase(given_type);
   const bool is_known = type == "I" || type == "U" || type == "F";
   if (!is_known && isCoordinateName(name))
     fail("its header has the unknown TYPE '" + shownText(given_type) + "'");
   FileField field;
   field.name = name;
-  field.kind = name == "_" || !is_known ? Kind::Ignored // fills a point up
-               : type == "I"            ? Kind::Signed
-               : type == "U"            ? Kind::Unsigned
-                                        : Kind::Real;
+  field.kind = name == "_" || !is_known ? FieldKind::Ignored // fills a point up
+               : type == "I"            ? FieldKind::Signed
+               : type == "U"            ? FieldKind::Unsigned
+                                        : FieldKind::Real;
   field.bytes = countOf("SIZE", size);
   field.count = countOf("COUNT", count);
   if (field.bytes == 0 || field.count == 0) {
@@ -126,7 +125,7 @@ pcdField(const std::string& name,
   remarks.push_back("the field '" + shownText(name) +
                     "' is left out: PCL has no numbers of its SIZE and TYPE");
   field.name = "_";
-  field.kind = Kind::Ignored;
+  field.kind = FieldKind::Ignored;
   return field;
 }
 

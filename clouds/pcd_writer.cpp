@@ -35,10 +35,11 @@ headerOf(const pcl::PCLPointCloud2& cloud,
   std::string types;
   std::string counts;
   for (const FileField& field : fields) {
-    using Kind = FileField::Kind;
     names += ' ' + field.name;
     sizes += ' ' + std::to_string(field.bytes);
-    types += field.kind == Kind::Real ? " F" : field.kind == Kind::Signed ? " I" : " U";
+    types += field.kind == FieldKind::Real     ? " F"
+             : field.kind == FieldKind::Signed ? " I"
+                                               : " U";
     counts += ' ' + std::to_string(field.count);
   }
   std::string pose;
@@ -105,7 +106,7 @@ writePcd(const pcl::PCLPointCloud2& cloud,
     fields.push_back(fileFieldOf(field));
     // Colours are 32 bits, which text of a float would not keep.
     if (storage == PcdStorage::Ascii && field.name == "rgb")
-      fields.back().kind = FileField::Kind::Unsigned;
+      fields.back().kind = FieldKind::Unsigned;
   }
   const char* const name = storage == PcdStorage::Ascii    ? "ascii"
                            : storage == PcdStorage::Binary ? "binary"

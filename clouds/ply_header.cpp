@@ -10,8 +10,6 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
-
 /** \brief Names in PLY files, and those of PCL's fields. */
 constexpr std::pair<const char*, const char*> normals[] = {
     {"nx", "normal_x"}, {"ny", "normal_y"}, {"nz", "normal_z"}};
@@ -23,19 +21,19 @@ numberOf(const std::string& type)
   constexpr struct {
     const char* name;
     const char* other_name;
-    Kind kind;
+    FieldKind kind;
     std::uint64_t bytes;
-  } types[] = {{"bool", "boolean", Kind::Unsigned, 1},
-               {"char", "int8", Kind::Signed, 1},
-               {"uchar", "uint8", Kind::Unsigned, 1},
-               {"short", "int16", Kind::Signed, 2},
-               {"ushort", "uint16", Kind::Unsigned, 2},
-               {"int", "int32", Kind::Signed, 4},
-               {"uint", "uint32", Kind::Unsigned, 4},
-               {"long", "int64", Kind::Signed, 8},
-               {"ulong", "uint64", Kind::Unsigned, 8},
-               {"float", "float32", Kind::Real, 4},
-               {"double", "float64", Kind::Real, 8}};
+  } types[] = {{"bool", "boolean", FieldKind::Unsigned, 1},
+               {"char", "int8", FieldKind::Signed, 1},
+               {"uchar", "uint8", FieldKind::Unsigned, 1},
+               {"short", "int16", FieldKind::Signed, 2},
+               {"ushort", "uint16", FieldKind::Unsigned, 2},
+               {"int", "int32", FieldKind::Signed, 4},
+               {"uint", "uint32", FieldKind::Unsigned, 4},
+               {"long", "int64", FieldKind::Signed, 8},
+               {"ulong", "uint64", FieldKind::Unsigned, 8},
+               {"float", "float32", FieldKind::Real, 4},
+               {"double", "float64", FieldKind::Real, 8}};
   for (const auto& candidate : types)
     if (type == candidate.name || type == candidate.other_name)
       return FileField{"", candidate.kind, candidate.bytes, 1};
@@ -50,7 +48,7 @@ readProperty(const std::vector<std::string>& words, PlyElement& element)
       is_list ? numberOf(words[3])
               : numberOf(words.size() == 3 ? words[1] : std::string());
   const std::optional<FileField> count = is_list ? numberOf(words[2]) : std::nullopt;
-  const bool has_integer_count = count && count->kind != Kind::Real;
+  const bool has_integer_count = count && count->kind != FieldKind::Real;
   if (!number || is_list != has_integer_count) {
     if (element.name == "vertex")
       fail("its header has a property of vertices that is no number");

@@ -20,8 +20,6 @@ namespace clouds {
 namespace {
 
 namespace fs = std::filesystem;
-using Kind = FileField::Kind;
-
 /** \brief Reads the elements of a file one after the other. */
 class PlyReader {
 public:
@@ -113,9 +111,9 @@ private:
   {
     std::vector<FileField> fields;
     for (const PlyProperty& property : element.properties)
-      fields.push_back(property.count
-                           ? FileField{property.field.name, Kind::IgnoredList, 0, 1}
-                           : property.field);
+      fields.push_back(
+          property.count ? FileField{property.field.name, FieldKind::IgnoredList, 0, 1}
+                         : property.field);
     return fields;
   }
 
@@ -199,7 +197,7 @@ private:
       number = number << 8 | bytes[header_.is_big_endian ? i : field.bytes - 1 - i];
     constexpr std::uint64_t most = std::uint64_t{1} << 32;
     if (number >= most ||
-        (field.kind == Kind::Signed && (number >> (8 * field.bytes - 1)) != 0))
+        (field.kind == FieldKind::Signed && (number >> (8 * field.bytes - 1)) != 0))
       fail(
           "it has a list with a number of numbers, or of a vertex, that is negative or "
           "too large");
@@ -227,7 +225,7 @@ bool
 mayBeMissing(const std::vector<FileField>& fields)
 {
   return std::any_of(fields.begin(), fields.end(), [](const FileField& field) {
-    return isCoordinateName(field.name) && field.kind == Kind::Real;
+    return isCoordinateName(field.name) && field.kind == FieldKind::Real;
   });
 }
 
@@ -238,7 +236,7 @@ setMissing(const std::vector<FileField>& fields, std::uint8_t* point)
   for (const FileField& field : fields) {
     const double missing = std::numeric_limits<double>::quiet_NaN();
     const auto missing_float = static_cast<float>(missing);
-    if (isCoordinateName(field.name) && field.kind == Kind::Real)
+    if (isCoordinateName(field.name) && field.kind == FieldKind::Real)
       std::memcpy(point,
                   field.bytes == 8 ? static_cast<const void*>(&missing)
                                    : static_cast<const void*>(&missing_float),
@@ -264,7 +262,7 @@ findGrid(const PlyHeader& header)
     fail("num_cols x num_rows and the number of elements range_grid in its header "
          "differ");
   if (grid->has_unknown || grid->properties.size() != 1 || !grid->properties[0].count ||
-      grid->properties[0].field.kind == Kind::Real)
+      grid->properties[0].field.kind == FieldKind::Real)
     fail("the elements range_grid in its header are no lists of vertices");
   return &*grid;
 }

@@ -14,8 +14,6 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
-
 bool
 isColour(const FileField& field)
 {
@@ -29,7 +27,7 @@ propertiesOf(const FileField& field)
     return std::string(
                "property uchar red\nproperty uchar green\nproperty uchar blue\n") +
            (field.name == "rgba" ? "property uchar alpha\n" : "");
-  const std::string type = field.kind == Kind::Real
+  const std::string type = field.kind == FieldKind::Real
                                ? (field.bytes == 4 ? "float" : "double")
                            : field.bytes == 1 ? "char"
                            : field.bytes == 2 ? "short"
@@ -38,7 +36,7 @@ propertiesOf(const FileField& field)
   if (type.empty() || field.count != 1)
     throw std::runtime_error("PLY has no such numbers as those of the field '" +
                              shownText(field.name) + "'");
-  return "property " + (field.kind == Kind::Unsigned ? "u" + type : type) + ' ' +
+  return "property " + (field.kind == FieldKind::Unsigned ? "u" + type : type) + ' ' +
          fieldNameToPly(field.name) + '\n';
 }
 
@@ -49,9 +47,9 @@ isThere(const std::vector<FileField>& fields, const std::uint8_t* point)
   for (const FileField& field : fields) {
     double number = 0.0;
     float single = 0.0f;
-    if (field.kind == Kind::Real && field.bytes == 8)
+    if (field.kind == FieldKind::Real && field.bytes == 8)
       std::memcpy(&number, point, sizeof(number));
-    else if (field.kind == Kind::Real) {
+    else if (field.kind == FieldKind::Real) {
       std::memcpy(&single, point, sizeof(single));
       number = static_cast<double>(single);
     }

@@ -14,26 +14,25 @@ namespace clouds {
 
 namespace {
 
-using Kind = FileField::Kind;
 using pcl::PCLPointField;
 
 struct Datatype {
   std::uint8_t number;
-  Kind kind;
+  FieldKind kind;
   std::uint64_t bytes;
 };
 
 constexpr std::array<Datatype, 10> datatypes = {
-    {{PCLPointField::INT8, Kind::Signed, 1},
-     {PCLPointField::UINT8, Kind::Unsigned, 1},
-     {PCLPointField::INT16, Kind::Signed, 2},
-     {PCLPointField::UINT16, Kind::Unsigned, 2},
-     {PCLPointField::INT32, Kind::Signed, 4},
-     {PCLPointField::UINT32, Kind::Unsigned, 4},
-     {PCLPointField::FLOAT32, Kind::Real, 4},
-     {PCLPointField::FLOAT64, Kind::Real, 8},
-     {detail::int64_datatype, Kind::Signed, 8},
-     {detail::uint64_datatype, Kind::Unsigned, 8}}};
+    {{PCLPointField::INT8, FieldKind::Signed, 1},
+     {PCLPointField::UINT8, FieldKind::Unsigned, 1},
+     {PCLPointField::INT16, FieldKind::Signed, 2},
+     {PCLPointField::UINT16, FieldKind::Unsigned, 2},
+     {PCLPointField::INT32, FieldKind::Signed, 4},
+     {PCLPointField::UINT32, FieldKind::Unsigned, 4},
+     {PCLPointField::FLOAT32, FieldKind::Real, 4},
+     {PCLPointField::FLOAT64, FieldKind::Real, 8},
+     {detail::int64_datatype, FieldKind::Signed, 8},
+     {detail::uint64_datatype, FieldKind::Unsigned, 8}}};
 
 const Datatype*
 datatypeOf(const FileField& field)
@@ -113,9 +112,9 @@ startCloud(const std::vector<FileField>& fields,
     added.offset = cloud.point_step;
     added.count = static_cast<std::uint32_t>(field.count);
     // Of a gap one that has its size, as far as there is one.
-    const bool is_gap = field.kind == Kind::Ignored;
+    const bool is_gap = field.kind == FieldKind::Ignored;
     const Datatype* const datatype =
-        datatypeOf(is_gap ? FileField{"", Kind::Unsigned, field.bytes, 1} : field);
+        datatypeOf(is_gap ? FileField{"", FieldKind::Unsigned, field.bytes, 1} : field);
     added.datatype =
         datatype != nullptr ? datatype->number : std::uint8_t{PCLPointField::UINT8};
     if (datatype == nullptr)
@@ -143,9 +142,9 @@ std::string
 typeName(const FileField& field)
 {
   const std::string bits = std::to_string(8 * field.bytes);
-  return (field.kind == Kind::Real     ? "float"
-          : field.kind == Kind::Signed ? "int"
-                                       : "uint") +
+  return (field.kind == FieldKind::Real     ? "float"
+          : field.kind == FieldKind::Signed ? "int"
+                                            : "uint") +
          bits;
 }
 

@@ -14,8 +14,6 @@ namespace cell {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 /** \brief The strongest echo of what is in the air along one beam, and what is left of
  * the beam behind it. */
 struct AirEcho {

@@ -333,8 +333,7 @@ addPerson(Solids& solids, double time)
   const Vec left(-ahead.y(), ahead.x(), 0);
   // The swing depends on the distance walked: the legs rest when the person does.
   constexpr double stride = 1.4;
-  constexpr double two_pi = 6.283185307179586;
-  const double swing = 0.45 * std::sin(two_pi * value[1] / stride);
+  const double swing = 0.45 * std::sin(2.0 * pi * value[1] / stride);
   const Vec hip = feet + Vec(0, 0, 0.95);
   const Vec neck = feet + Vec(0, 0, 1.48);
   for (const double side : {-1.0, 1.0}) {

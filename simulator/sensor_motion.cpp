@@ -9,12 +9,6 @@
 namespace pcl_ext {
 namespace cell {
 
-namespace {
-
-constexpr double pi = 3.14159265358979323846;
-
-} // namespace
-
 Eigen::Isometry3d
 handCamera(double time)
 {

@@ -14,6 +14,8 @@
 namespace pcl_ext {
 namespace cell {
 
+constexpr double pi = 3.14159265358979323846;
+
 /** \brief What a surface is made of, as far as its reflection at 860 nm goes. */
 enum class Material : std::uint8_t {
   Concrete,

@@ -12,7 +12,6 @@ namespace cell {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double half_width_angle = 70.6 / 2.0 * pi / 180.0;  // radians
 constexpr double half_height_angle = 60.0 / 2.0 * pi / 180.0; // radians
 

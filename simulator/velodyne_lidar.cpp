@@ -14,7 +14,6 @@ namespace cell {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double degree = pi / 180.0;
 constexpr double azimuth_step = 360.0 * degree / LidarRays::columns;
 

@@ -37,12 +37,6 @@ whole(double number)
   return formatted(number, 0);
 }
 
-double
-secondsOf(Time time)
-{
-  return std::chrono::duration<double>(time).count();
-}
-
 /** \brief A date, or seconds for the times of clocks that begin at 0. */
 std::string
 describeTime(Time time)

@@ -48,12 +48,6 @@ endOf(const std::vector<RecordedStream>& streams)
   return end;
 }
 
-double
-secondsOf(Time time)
-{
-  return std::chrono::duration<double>(time).count();
-}
-
 /** \brief True if a user means a stream: by its name, or by that of its clouds' topic,
  * with the slash at its beginning or without. */
 bool

@@ -11,6 +11,7 @@
 #include <CLI/App.hpp>
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <map>
 #include <optional>
@@ -19,6 +20,12 @@
 #include <vector>
 
 namespace pcl_ext::tools {
+
+inline double
+secondsOf(recording::Time time)
+{
+  return std::chrono::duration<double>(time).count();
+}
 
 /** \brief Which frames of a recording are wanted; all conditions together. */
 struct Selection {

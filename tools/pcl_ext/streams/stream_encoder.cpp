@@ -30,7 +30,7 @@ emptyCloud(const pcl::PCLHeader& header, const std::string& intensity_field)
   std::vector<clouds::FileField> fields;
   for (const std::string& name :
        {std::string("x"), std::string("y"), std::string("z"), intensity_field})
-    fields.push_back({name, clouds::FileField::Kind::Real, sizeof(float), 1});
+    fields.push_back({name, clouds::FieldKind::Real, sizeof(float), 1});
   pcl::PCLPointCloud2 cloud;
   clouds::startCloud(fields, 0, 1, cloud);
   cloud.header = header;
