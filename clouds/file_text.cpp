@@ -28,7 +28,7 @@ isWhole(std::string_view word, NumberT& number)
 
 template <typename NumberT>
 void
-append(NumberT number, std::vector<std::uint8_t>& bytes)
+appendBytes(NumberT number, std::vector<std::uint8_t>& bytes)
 {
   const std::size_t size = bytes.size();
   bytes.resize(size + sizeof(number));
@@ -42,7 +42,7 @@ appendWhole(std::string_view word, std::vector<std::uint8_t>& bytes)
   NumberT number = 0;
   if (!isWhole(word, number))
     return false;
-  append(number, bytes);
+  appendBytes(number, bytes);
   return true;
 }
 
@@ -51,7 +51,7 @@ appendReal(std::string_view word, std::uint64_t size, std::vector<std::uint8_t>&
 {
   float number = 0.0f;
   if (size == sizeof(float) && isWhole(word, number)) {
-    append(number, bytes);
+    appendBytes(number, bytes);
     return true;
   }
   // Also of 4 bytes, as a number that is too small for a float is 0, and one that is too
@@ -61,11 +61,11 @@ appendReal(std::string_view word, std::uint64_t size, std::vector<std::uint8_t>&
     return false;
   constexpr float infinity = std::numeric_limits<float>::infinity();
   if (size == sizeof(double))
-    append(precise, bytes);
+    appendBytes(precise, bytes);
   else if (std::abs(precise) < 1.0)
-    append(0.0f, bytes);
+    appendBytes(0.0f, bytes);
   else
-    append(precise < 0.0 ? -infinity : infinity, bytes);
+    appendBytes(precise < 0.0 ? -infinity : infinity, bytes);
   return true;
 }
 

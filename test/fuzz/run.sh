@@ -54,9 +54,10 @@ configure_and_build() {
     { tail -n 40 "$folder/build.log"; exit 1; }
 }
 
+# The library's instances of templates take a sixth of the time to compile; nothing here uses them.
 configure_and_build "$build" -DCMAKE_CXX_COMPILER=clang++ -DPCL_EXT_FUZZ=ON -DPCL_EXT_UNITY_BUILD=ON \
   -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O2 -g1 -DNDEBUG" \
-  -DCMAKE_CXX_FLAGS="-D_GLIBCXX_ASSERTIONS -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all"
+  -DCMAKE_CXX_FLAGS="-DPCL_EXT_NO_INSTANCES -D_GLIBCXX_ASSERTIONS -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize-recover=all"
 mkdir -p "$build/corpus" "$build/failures" "$build/logs"
 "$build/test/fuzz/write_fuzz_seeds" test/data "$build/seeds"
 
