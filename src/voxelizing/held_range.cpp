@@ -92,7 +92,7 @@ heldRange(const std::vector<double>& values,
     return all;
   const double near_below =
       divisor != 0 ? std::max(width, highest_of_default_bits / divisor) : width;
-  const double least = rest.lowest - near_below / far_ratio;
+  const double least = rest.lowest - near_below * far_ratio;
   ValueRange held{rest.highest, rest.lowest};
   for (const double value : values)
     if (value >= least)

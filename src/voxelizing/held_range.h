@@ -38,10 +38,9 @@ rangeOf(const std::vector<double>& values);
  *
  * Few are at most one in 256 at each end. The rest are the others, and 0, which every
  * scale holds; its width is from the lowest to the highest of these. Far below is more
- * than a sixteenth of the width, or of 255 steps if that is more, below the rest. Far
- * above is more than 16 times the width above the lowest of the rest. Where the scale
- * keeps its step, far above are only numbers of more than 16 bits, as high ones cost
- * hardly any bytes.
+ * than 16 times the width below the rest, far above more than 16 times above its lowest.
+ * Where the scale keeps its step, far below is also more than 16 times 255 steps, and far
+ * above are only numbers of more than 16 bits, as they cost hardly any bytes.
  *
  * \param[in] values voxel intensities, finite, one or more
  * \param[in] divisor the scale keeps steps of 1 / divisor as far as 16 bits suffice; 0:

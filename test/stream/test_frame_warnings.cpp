@@ -184,12 +184,12 @@ TEST(FrameWarnings, FewIntensitiesBeyondAnAutomaticScale)
     points.push_back({static_cast<float>(i), 0.0f, 1.0f, static_cast<float>(i % 200)});
   const IntensityCompressionSettings settings = settingsAt(0.01);
   EXPECT_FALSE(encode(settings, IntensityUnit::Native, viewOf(points)).hasWarning());
-  points.back()[3] = -999.0f;
+  points.back()[3] = -9999.0f;
   expectWarning(
       encode(settings, IntensityUnit::Native, viewOf(points)),
       "1 of 1000 voxels have an intensity beyond the scale and were set to its end: "
-      "they are few and far from the others; remove lost returns, or set "
-      "intensity_range to the highest to hold all");
+      "they are few and far from the others; remove lost returns, or hold all with an "
+      "intensity_range above 0 that none of them exceeds");
 }
 
 TEST(FrameWarnings, IntensitiesThatVanish)

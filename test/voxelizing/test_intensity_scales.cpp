@@ -177,10 +177,11 @@ TEST(AutomaticScales, FewFarValuesAreLeftOutOfWholeNumbers)
                1.0f,
                {{{-1}, {-1, 1, 8, 0}, 0},
                 {{-15}, {-16, 1, 8, 0}, 0},
-                {{-16}, {0, 1, 8, 0}, 1},
-                {{-999, -999, -999}, {0, 1, 8, 0}, 3},
+                {{-999, -999, -999}, {-1024, 1, 11, 0}, 0},
+                {{-4080}, {-4096, 1, 13, 0}, 0},
+                {{-4081}, {0, 1, 8, 0}, 1},
                 {{-largest, largest}, {0, 1, 8, 0}, 2},
-                {{-1, -999}, {-1, 1, 8, 0}, 1},
+                {{-1, -9999}, {-1, 1, 8, 0}, 1},
                 {{65535}, {0, 1, 16, 0}, 0},
                 {{65536}, {0, 1, 8, 0}, 1},
                 {{-1, 65535}, {-1, 1, 8, 0}, 1},
@@ -191,11 +192,11 @@ TEST(AutomaticScales, MoreThanOneIn256AreHeld)
 {
   expectScales(settingsOf(1.0),
                1.0f,
-               {{{-999, -999, -999, -999}, {-1024, 1, 11, 0}, 0},
+               {{{-9999, -9999, -9999, -9999}, {-16384, 1, 15, 0}, 0},
                 {{1e6f, 1e6f, 1e6f, 1e6f}, {0, 1048576.0f / 65535.0f, 16, 0}, 0}});
-  Values few = valuesWith({-999});
+  Values few = valuesWith({-9999});
   few.erase(few.begin(), few.end() - 255);
-  expectScale(settingsOf(1.0), few, {-1024, 1, 11, 0}, 0);
+  expectScale(settingsOf(1.0), few, {-16384, 1, 15, 0}, 0);
 }
 
 TEST(AutomaticScales, FewFarValuesDoNotMakeStepsOfFractionsLarger)
@@ -203,7 +204,9 @@ TEST(AutomaticScales, FewFarValuesDoNotMakeStepsOfFractionsLarger)
   // To 0.97.
   expectScales(settingsOf(1.0),
                0.00485f,
-               {{{-1}, {0, 1.0f / 65535.0f, 16, 0}, 1},
+               {{{-1}, {-1, 2.0f / 65535.0f, 16, 0}, 0},
+                {{-15}, {-16, 32.0f / 65535.0f, 16, 0}, 0},
+                {{-16}, {0, 1.0f / 65535.0f, 16, 0}, 1},
                 {{15}, {0, 16.0f / 65535.0f, 16, 0}, 0},
                 {{65535}, {0, 1.0f / 65535.0f, 16, 0}, 1},
                 {{65535, 65535, 65535, 65535}, {0, 65536.0f / 65535.0f, 16, 0}, 0}});
@@ -211,7 +214,8 @@ TEST(AutomaticScales, FewFarValuesDoNotMakeStepsOfFractionsLarger)
   settings.intensity_curve = IntensityCurve::Companded;
   expectScales(settings,
                1.0f,
-               {{{-13}, {0, 1, 4, 255}, 1},
+               {{{-13}, {-16, 1, 4, 255}, 0},
+                {{-4000}, {0, 1, 4, 255}, 1},
                 {{3000}, {0, 1, 4, 4095}, 0},
                 {{4000}, {0, 1, 4, 255}, 1}});
 }
@@ -243,7 +247,7 @@ TEST(AutomaticScales, LaterFarValuesDoNotChangeTheScaleNorOtherSymbols)
   Stream stream(settingsOf(1.0), IntensityUnit::Native);
   stream.add(row(valuesWith({0})));
   const VoxelFrame first = stream.frame;
-  stream.add(row(valuesWith({-999})));
+  stream.add(row(valuesWith({-9999})));
   EXPECT_EQ(stream.frame.intensity_scale, first.intensity_scale);
   EXPECT_EQ(stream.frame.intensities, first.intensities); // it became 0
   EXPECT_EQ(stream.statistics.intensities_out_of_range, 1u);
