@@ -104,7 +104,12 @@ def metadata_of(metadata: Any) -> Mapping[Any, Any]:
 
 class Unique:
     """An object with a state of its own that a copy would share: that of a stream, or a
-    file."""
+    file. Its settings are those that it was made with."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"{name} of {type(self).__name__} cannot be set: make another one")
+        super().__setattr__(name, value)
 
     def __reduce_ex__(self, protocol: Any) -> NoReturn:
         raise TypeError(f"cannot copy or pickle this {type(self).__name__}: make another one")

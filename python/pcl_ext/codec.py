@@ -195,7 +195,7 @@ class Encoder(Unique):
         Bits of a colour channel, 1 to 8; 0: none. Without effect on clouds without colours.
     keep_points : bool
         Keep all points. They come back in their order, each coordinate within half the
-        edge and with intensities and colours of their own, where that takes at most 5 %
+        edge (at most 1/16 more where float32 rounds it) and with intensities and colours of their own, where that takes at most 5 %
         and 256 bytes more; those of a lidar with a field ring, channel or line may come
         row by row. Else as many points as there were are at the centre of each voxel.
     keep_order : bool
@@ -381,8 +381,8 @@ class Encoder(Unique):
         Warns
         -----
         CompressionWarning
-            If not all of the cloud is in the frame: once for each kind. The message of every
-            frame is in `warning`.
+            If not all of the cloud is in the frame, or it was left out for `max_rate`: once for
+            each kind. The message of every frame is in `warning`.
         """
         frame, code, message = self._native.encode(
             xyz,
@@ -399,6 +399,7 @@ class Encoder(Unique):
             raise Error(message, code)
         if not frame:
             self._warning = message
+            self._warn(message)
             return frame
         loses_intensity = self._is_automatic and self.law == "none"
         left_out = _left_out(xyz, self._kept, self._codes_colours, loses_intensity)
@@ -514,7 +515,8 @@ class Decoder(Unique):
     """Decodes the frames of one stream, in either format.
 
     Any bytes are safe: `decode` ends in bounded time and memory and never raises because of
-    them. Several threads may call a decoder, one after the other; while it decodes, other
+    them. Frames that come again are dropped (`OldFrame`): to decode a stream from its
+    beginning again, make another decoder. Several threads may call a decoder, one after the other; while it decodes, other
     threads run.
 
     Parameters

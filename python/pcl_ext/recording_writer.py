@@ -144,7 +144,7 @@ class RecordingWriter(Unique):
         ValueError
             If the bytes are not exactly one frame, or the time is not in range; nothing is
             written then. P-frames that need the missing one are refused, too, until the next
-            I-frame.
+            I-frame; those before the first I-frame are written, and cannot be decoded.
         Error
             If the file takes no more bytes.
         """

@@ -26,7 +26,7 @@ arrayOf(const py::object& object, const std::string& name)
 {
   if (py::hasattr(object, "mask") && py::hasattr(object, "filled"))
     throw py::type_error(name + " is a masked array; pass " + name +
-                         ".filled(numpy.nan), whose NaN points are left out");
+                         ".filled(value); points whose x, y or z is NaN are left out");
   py::array array = py::array::ensure(object);
   if (!array)
     throw py::type_error(name + " is a '" +

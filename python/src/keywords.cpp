@@ -128,13 +128,6 @@ Keywords::count(const char* name, std::size_t lowest, std::size_t highest) const
   return static_cast<std::size_t>(number);
 }
 
-unsigned int
-Keywords::smallCount(const char* name) const
-{
-  constexpr unsigned int highest = std::numeric_limits<std::int32_t>::max();
-  return static_cast<unsigned int>(count(name, 0, highest));
-}
-
 bool
 Keywords::flag(const char* name) const
 {

@@ -39,10 +39,6 @@ public:
   std::size_t
   count(const char* name, std::size_t lowest, std::size_t highest) const;
 
-  /** \brief One from 0 on within 32 bits. */
-  unsigned int
-  smallCount(const char* name) const;
-
   bool
   flag(const char* name) const;
 

@@ -145,7 +145,10 @@ readValue(const Keywords& values, const io::EncoderSetting& setting)
   if (std::holds_alternative<bool>(usual))
     return values.flag(name);
   if (std::holds_alternative<std::int64_t>(usual))
-    return std::int64_t{values.smallCount(name)};
+    return static_cast<std::int64_t>(values.count(
+        name,
+        setting.range.zero.empty() ? static_cast<std::size_t>(setting.range.lowest) : 0,
+        static_cast<std::size_t>(setting.range.highest)));
   if (std::holds_alternative<double>(usual))
     return values.number(name);
   if (std::holds_alternative<std::string>(usual))
@@ -328,10 +331,8 @@ readTemporalFilterSettings(const py::dict& values)
 {
   const Keywords keywords(values);
   TemporalFilterSettings settings;
-  settings.frames = keywords.smallCount("frames");
-  if (settings.frames < TemporalVoxelFilter::least_frames ||
-      settings.frames > TemporalVoxelFilter::most_frames)
-    keywords.refuse("frames", "a whole number from 2 to 64");
+  settings.frames = static_cast<unsigned int>(keywords.count(
+      "frames", TemporalVoxelFilter::least_frames, TemporalVoxelFilter::most_frames));
   if (keywords.isSet("sensor_position")) {
     const std::vector<double> numbers = keywords.numbers("sensor_position", 3);
     if (!std::all_of(numbers.begin(), numbers.end(), [](double number) {

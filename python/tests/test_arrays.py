@@ -221,7 +221,7 @@ BAD_CLOUDS = [
     (np.zeros((5, 3), bool), TypeError, "dtype bool"),
     (np.zeros((5, 3), complex), TypeError, "dtype complex128"),
     (np.zeros((5, 3), "datetime64[s]"), TypeError, "dtype datetime64"),
-    (np.ma.zeros((5, 3)), TypeError, r"masked array; pass xyz.filled\(numpy.nan\)"),
+    (np.ma.zeros((5, 3)), TypeError, r"masked array; pass xyz.filled\(value\)"),
     (np.array([{}]), TypeError, "dtype object"),
     ("a cloud", TypeError, "no array of numbers"),
     (b"a cloud", TypeError, "no array of numbers"),

@@ -24,6 +24,7 @@ BAD_SETTINGS = [
     ({"effort": "great"}, ValueError, "effort is 'great'; it must be one of fast, balanced, small"),
     ({"effort": 1}, TypeError, "effort is 1; it must be a text"),
     ({"i_frame_rate": -1}, ValueError, "i_frame_rate is -1; it must be a whole number of 0"),
+    ({"threads": -1}, ValueError, "threads is -1; it must be a whole number of 1 to 256"),
     ({"i_frame_rate": 2**40}, ValueError, "i_frame_rate is 1099511627776"),
     ({"i_frame_rate": 2**80}, ValueError, "i_frame_rate is 1208925819614629174706176"),
     ({"i_frame_rate": 2.0}, TypeError, "i_frame_rate is 2.0; it must be a whole number"),
@@ -122,6 +123,12 @@ def test_bad_settings(settings, error, message):
     with pytest.raises(error, match=message) as raised:
         pcl_ext.Encoder(**settings)
     assert "\n" not in str(raised.value)
+
+
+def test_settings_are_those_that_an_encoder_was_made_with():
+    encoder = pcl_ext.Encoder(0.04)
+    with pytest.raises(AttributeError, match="resolution of Encoder cannot be set"):
+        encoder.resolution = 0.5
 
 
 def test_settings_are_named():

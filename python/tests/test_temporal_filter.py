@@ -70,7 +70,7 @@ def test_reset(random):
 @pytest.mark.parametrize(
     "settings, error, message",
     [
-        ({"frames": 1}, ValueError, "frames is 1; it must be a whole number from 2 to 64"),
+        ({"frames": 1}, ValueError, "frames is 1; it must be a whole number of 2 to 64"),
         ({"frames": 65}, ValueError, "frames is 65"),
         ({"frames": 8.0}, TypeError, "frames is 8.0"),
         ({"sensor_position": (1, 2)}, ValueError, r"sensor_position is \(1, 2\)"),

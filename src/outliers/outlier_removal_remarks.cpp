@@ -21,8 +21,8 @@ noDensities(DensityUnit unit)
 {
   return {OutlierRemovalCode::NoDensities,
           "no voxel was judged: the frame has no intensities, and unit is " +
-              std::string(unit == DensityUnit::Faces ? "Faces" : "Points") +
-              "; choose Voxels or, for a lidar, Rays, which need none"};
+              std::string(unit == DensityUnit::Faces ? "faces" : "points") +
+              "; choose voxels or, for a lidar, rays, which need none"};
 }
 
 OutlierRemovalStatus
@@ -33,19 +33,19 @@ judgement(const io::VoxelFrame& frame, DensityUnit set, DensityUnit used)
   if (!frame.hasIntensities() && frame.has_point_counts)
     return {OutlierRemovalCode::Ok,
             "voxels were judged without the number of their points; choose the unit "
-            "Points for those of a depth camera, Rays for those of a lidar, else "
-            "Voxels"};
+            "points for those of a depth camera, rays for those of a lidar, else "
+            "voxels"};
   if (!frame.hasIntensities())
     return {
         OutlierRemovalCode::Ok,
         "voxels were judged without the number of their points, as the frame has no "
         "intensities; encode with the law count or quadratic, or choose the unit "
-        "Rays for a lidar, else Voxels"};
+        "rays for a lidar, else voxels"};
   return {
       OutlierRemovalCode::Ok,
       "voxels were judged without their intensities, as the frame does not say what "
-      "they are; choose the unit Points for counts of a depth camera, Rays for a "
-      "lidar, else Voxels"};
+      "they are; choose the unit points for counts of a depth camera, rays for a "
+      "lidar, else voxels"};
 }
 
 OutlierRemovalStatus

@@ -44,9 +44,9 @@ endsInBox(PointBatches& points, const std::optional<BoundingBox>& box)
   return ends;
 }
 
-/** \param[in] depth of the grid that a wider one is to have */
+/** \param[in] side of the grid that a wider one is to have, edges */
 WiderGrid
-widerGridFor(PointBatches& points, const EncoderSettings& settings, unsigned int depth)
+widerGridFor(PointBatches& points, const EncoderSettings& settings, double side)
 {
   const CoordinateEnds ends = endsInBox(points, settings.bounding_box);
   const bool has_fixed_origin =
@@ -61,7 +61,6 @@ widerGridFor(PointBatches& points, const EncoderSettings& settings, unsigned int
                          origin[axis] - ends.lowest[axis]});
   }
   // One voxel less, so that a point at the end is inside.
-  const double side = std::exp2(depth);
   wider.resolution =
       has_fixed_origin ? farthest / (side / 2.0 - 1.0) : wider.width / (side - 2.0);
   return wider;
@@ -89,10 +88,11 @@ CloudVoxelizer::voxelize(PointBatches& points,
     voxelizeWide(points, frame);
   wider_grid_.reset();
   if (statistics_.points_outside_grid > 0)
-    wider_grid_ = widerGridFor(
-        points,
-        settings_,
-        ScanCollector::isPossible(settings_, unit_) ? scan_grid_depth : max_grid_depth);
+    wider_grid_ = widerGridFor(points,
+                               settings_,
+                               ScanCollector::isPossible(settings_, unit_)
+                                   ? scan_side
+                                   : std::exp2(max_grid_depth));
   return statistics_;
 }
 

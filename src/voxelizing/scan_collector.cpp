@@ -86,7 +86,7 @@ ScanCollector::collect(PointBatches& points,
                         ? "it has " + std::to_string(pixels) +
                               " places for points, a frame at most " +
                               std::to_string(most_pixels_) + ": leave {keep_order} out"
-                        : "its points are 2^26 edges or more from each other, or 2^40 "
+                        : "its points are 6.6e7 edges or more from each other, or 2^40 "
                           "from the origin of their coordinates: set {bounding_box} "
                           "around the points to keep, or take a larger {resolution}");
     if (is_i_frame_due)

@@ -16,8 +16,9 @@ namespace pcl_ext::PCL_EXT_ABI::io {
 /** \brief Edges of wide clouds are at most 2^4 times as long as the settings say. */
 constexpr unsigned int most_doublings = 4;
 
-/** \brief The points of a scan are within so many doublings of an edge. */
-constexpr unsigned int scan_grid_depth = 26;
+/** \brief Edges between the points of a scan and the first of them: places are less than
+ * 2^26 edges from the lowest corner of a grid of 2^21 in whose middle it may be. */
+constexpr double scan_side = 0x1p26 - 0x1p20;
 
 /** \brief The grid in whose edges the places of a stream's scans are told, which changes
  * seldom, as each change takes an I-frame. */

@@ -205,8 +205,8 @@ TEST(VoxelOutlierRemovalSettings, UnitsNeedWhatTheyAreOf)
   VoxelOutlierRemoval removal(settingsOf(DensityUnit::Points));
   EXPECT_EQ(
       removal.filter(frame).message(),
-      "no voxel was judged: the frame has no intensities, and unit is Points; choose "
-      "Voxels or, for a lidar, Rays, which need none");
+      "no voxel was judged: the frame has no intensities, and unit is points; choose "
+      "voxels or, for a lidar, rays, which need none");
 }
 
 TEST(VoxelOutlierRemovalSettings, AutomaticSaysThatIntensitiesWereNotUsed)
@@ -217,7 +217,7 @@ TEST(VoxelOutlierRemovalSettings, AutomaticSaysThatIntensitiesWereNotUsed)
   VoxelOutlierRemoval automatic;
   const OutlierRemovalStatus status = automatic.score(frame, log_odds);
   EXPECT_TRUE(status.ok());
-  EXPECT_NE(status.message().find("choose the unit Points"), std::string::npos);
+  EXPECT_NE(status.message().find("choose the unit points"), std::string::npos);
   for (const DensityUnit unit :
        {DensityUnit::Faces, DensityUnit::Points, DensityUnit::Voxels}) {
     VoxelOutlierRemoval named(settingsOf(unit));

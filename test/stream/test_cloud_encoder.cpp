@@ -169,6 +169,21 @@ TEST_F(WideClouds, ThatKeepPointsAreCoarsenedForThese)
   EXPECT_EQ(statistics().resolution, 1e-4);
 }
 
+TEST_F(WideClouds, ThatKeepPointsFitVoxelsOfTheEdgeThatIsAdvised)
+{
+  settings_.coarsen_wide_clouds = false;
+  settings_.keep_points = true;
+  constexpr float width = 0.1234f;
+  const std::string advice = encode(width, 1, 1e6f).message();
+  const std::string words = "a resolution of ";
+  const std::size_t number = advice.find(words);
+  ASSERT_NE(number, std::string::npos) << advice;
+  settings_.resolution = std::stod(advice.substr(number + words.size()));
+  encoder_.reset();
+  EXPECT_FALSE(encode(width, 1, 1e6f).hasWarning());
+  EXPECT_EQ(statistics().points_used, 102u);
+}
+
 TEST_F(WideClouds, OnOneSideOfTheOriginTakeNoMoreThanTheirWidth)
 {
   // 0 to 211 m.

@@ -201,7 +201,7 @@ struct StreamSettings {
 
   /** \brief Keep the order of the points, and the rows and columns of an organised cloud,
    * whatever bytes that takes. A cloud whose order cannot be kept is not coded: one with
-   * more than 2^24 pixels or points, or with points 2^26 edges apart. All points are kept
+   * more than 2^24 pixels or points, or with points 6.6e7 edges apart. All points are kept
    * then. Points that are not finite have a place in rows and columns only: a cloud of one
    * row or of one column comes back as one row of its finite points. Not for intensities
    * of sums, nor where noise is removed from voxels. */
