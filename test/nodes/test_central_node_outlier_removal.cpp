@@ -251,7 +251,8 @@ TEST_F(CentralNodeOutliersOfOneStream, HealthSaysWhatWasNotJudged)
   EXPECT_TRUE(health.outlier_removal.ok());
   EXPECT_EQ(health.outlier_removal.removed, health.outliers_removed);
   // They are counts, which the frame does not say.
-  EXPECT_NE(health.outlier_removal.message().find("the unit points"), std::string::npos);
+  EXPECT_NE(health.outlier_removal.message().find("the unit points"),
+            std::string::npos);
   settings.unit = PointsUnit();
   node.setOutlierRemoval("a", settings);
   sendAndWait(node, "a", stream.frames[1]);
