@@ -8,17 +8,13 @@
 #   BUILD_DIR        an existing build tree
 #   NEW_BUILD_DIR    where another one is made, else in WORK_DIR. Beside those of the
 #                    same options a compiler cache has its files
-#   AS_SUBDIRECTORY  static libraries of a debug build, by a project that adds this one as
-#                    a subdirectory
+#   AS_SUBDIRECTORY  static libraries, built by a project that adds this one as a
+#                    subdirectory
 #   CODEC_ALONE      without pcl_ext::pcl_ext, as on a machine that has no PCL
 #   WITH_EXAMPLES    the examples are built and run, too
 
-set(build_type Release)
-if(AS_SUBDIRECTORY)
-  set(build_type Debug)
-endif()
 set(toolchain -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX_COMPILER}
-              -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_BUILD_TYPE=${build_type})
+              -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_BUILD_TYPE=Release)
 # Each file by itself would take twice the time.
 set(unity -DPCL_EXT_UNITY_BUILD=ON)
 set(without_pcl -DCMAKE_DISABLE_FIND_PACKAGE_PCL=ON)

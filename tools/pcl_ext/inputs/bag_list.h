@@ -34,8 +34,8 @@ struct FolderOfBags {
   std::string path;
   std::vector<std::string> other_folders;
   std::vector<std::string> other_files; ///< but for hidden ones
-  std::string
-      unfinished; ///< one of the folders that may be a bag without metadata.yaml
+  /** \brief One of the folders that may be a bag without metadata.yaml, or empty. */
+  std::string unfinished;
 };
 
 /** \brief The folders of bags among inputs that have something else, too: it is left
