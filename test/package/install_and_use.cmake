@@ -13,8 +13,13 @@
 #   CODEC_ALONE      without pcl_ext::pcl_ext, as on a machine that has no PCL
 #   WITH_EXAMPLES    the examples are built and run, too
 
+set(build_type Release)
+if(AS_SUBDIRECTORY)
+  # All is compiled for this test alone, which takes twice the time with optimization.
+  set(build_type None)
+endif()
 set(toolchain -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX_COMPILER}
-              -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_BUILD_TYPE=Release)
+              -DCMAKE_CXX_FLAGS=${CXX_FLAGS} -DCMAKE_BUILD_TYPE=${build_type})
 # Each file by itself would take twice the time.
 set(unity -DPCL_EXT_UNITY_BUILD=ON)
 set(without_pcl -DCMAKE_DISABLE_FIND_PACKAGE_PCL=ON)

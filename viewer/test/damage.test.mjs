@@ -5,22 +5,22 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { drawnVoxels, keyOf, openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { drawnVoxels, keyOf, openFiles, seek, startViewer, stopViewer, untilIndexed, viewer as page } from "./support/browser.mjs";
 import { recordsOf, rewritten, withFlippedByte } from "./support/changed_recordings.mjs";
 import { cellRecording, decodedByProgram, frameFile, pathInFolder, pclExt } from "./support/fixtures.mjs";
 
-before(startBrowser);
-after(stopBrowser);
+before(startViewer);
+after(stopViewer);
 
 const recording = cellRecording();
 
+/** Opens a file with some bytes, and returns its path. */
 async function openBytes(name, bytes) {
   const path = pathInFolder(name);
   writeFileSync(path, bytes);
-  const page = await openViewer();
   await openFiles(page, path);
   await untilIndexed(page);
-  return { page, path };
+  return path;
 }
 
 /** Frames that the program finds, of each stream. */
@@ -39,7 +39,7 @@ function firstChunkOf(bytes) {
 for (const share of [0.35, 0.8, 0.995])
   test(`a file that ends after ${100 * share} % shows as many frames as the program finds`, async () => {
     const bytes = readFileSync(recording);
-    const { page, path } = await openBytes(`cut_${share}.mcap`, bytes.subarray(0, Math.floor(share * bytes.length)));
+    const path = await openBytes(`cut_${share}.mcap`, bytes.subarray(0, Math.floor(share * bytes.length)));
     const frames = framesByProgram(path);
     assert.equal(await page.ask(() => window.pclExtViewer.moments()), Math.max(...frames));
     assert.match(await page.notice("warning").innerText(), /byte \d+: the file ends within|not complete/);
@@ -49,17 +49,15 @@ for (const share of [0.35, 0.8, 0.995])
     const { name } = (await page.ask(() => window.pclExtViewer.streams()))[stream];
     const decoded = decodedByProgram(recording, "--streams", name)[0];
     assert.deepEqual(await drawnVoxels(page, stream), decoded[last].map(keyOf).sort());
-    await page.finish();
   });
 
 test("a file with compressed chunks that ends early shows the whole frames of its last chunk", async () => {
   for (const compression of ["lz4", "zstd"]) {
     const bytes = await rewritten(recording, { compression });
-    const { page, path } = await openBytes(`cut_${compression}.mcap`, bytes.subarray(0, 260_000));
+    const path = await openBytes(`cut_${compression}.mcap`, bytes.subarray(0, 260_000));
     const frames = framesByProgram(path);
     assert.ok(Math.max(...frames) > 12);
     assert.equal(await page.ask(() => window.pclExtViewer.moments()), Math.max(...frames), compression);
-    await page.finish();
   }
 });
 
@@ -67,18 +65,17 @@ test("a frame that is damaged within is named, also where a later one was asked 
   const path = frameFile();
   const bytes = readFileSync(path);
   const [, , , , fifth] = [...bytes.toString("latin1").matchAll(/PCXI/g)].map(({ index }) => index);
-  const { page } = await openBytes("within.pcxi", withFlippedByte(bytes, fifth + 1000));
+  await openBytes("within.pcxi", withFlippedByte(bytes, fifth + 1000));
   await seek(page, 12);
   const [stream] = await page.ask(() => window.pclExtViewer.streams());
   assert.equal(stream.voxels, 0);
   const [place] = await page.ask(() => window.pclExtViewer.damage());
   assert.match(place, /^within, frame 5: /);
-  await page.finish();
 });
 
 test("a byte that has changed in a chunk loses that chunk, and it is said where", async () => {
   const bytes = readFileSync(recording);
-  const { page, path } = await openBytes("flipped.mcap", withFlippedByte(bytes, Math.floor(0.1 * bytes.length)));
+  const path = await openBytes("flipped.mcap", withFlippedByte(bytes, Math.floor(0.1 * bytes.length)));
   const [place] = await page.ask(() => window.pclExtViewer.damage());
   assert.match(place, /flipped\.mcap, byte \d+: a chunk is damaged/);
   assert.match(await page.notice("warning").innerText(), /The recording is damaged/);
@@ -93,7 +90,6 @@ test("a byte that has changed in a chunk loses that chunk, and it is said where"
     if (problem || number === null) assert.deepEqual(voxels, []);
     else assert.deepEqual(voxels, decoded[name.endsWith("1") ? 0 : 1][number].map(keyOf).sort());
   }
-  await page.finish();
 });
 
 /** Where the time line is red, of some shares of its width. */
@@ -122,9 +118,9 @@ test("frames of a damaged first chunk are counted and red, and those after it ke
     "with the channel": withFlippedByte(compressed, firstChunkOf(compressed) + 1000),
   })) {
     writeFileSync(pathInFolder("first_chunk.mcap"), damaged);
-    const page = await openViewer();
     await page.setInputFiles("input[type=file]", pathInFolder("first_chunk.mcap"));
-    await page.until(() => window.pclExtViewer.state().indexedShare === 1 && window.pclExtViewer.streams().length === 1);
+    await page.until(() => !window.pclExtViewer.state().isOpening);
+    await untilIndexed(page);
     assert.equal(await page.ask(() => window.pclExtViewer.moments()), 30, damage);
     assert.match(await page.locator(".times").innerText(), /\/ 1\.45 s/, damage);
     assert.deepEqual(await lossesAt(page, [0.1, 0.95]), [0.1], damage);
@@ -133,7 +129,6 @@ test("frames of a damaged first chunk are counted and red, and those after it ke
     assert.equal(problem, "the part of the file that had this frame is damaged", damage);
     await seek(page, 29);
     assert.deepEqual(await drawnVoxels(page, 0), decoded[29].map(keyOf).sort(), damage);
-    await page.finish();
   }
 });
 
@@ -142,10 +137,8 @@ test("a recording whose chunks are all damaged is refused", async () => {
   for (const { at, opcode } of recordsOf(bytes)) if (opcode === 6) bytes = withFlippedByte(bytes, at + 1000);
   const path = pathInFolder("all_chunks.mcap");
   writeFileSync(path, bytes);
-  const page = await openViewer();
   await page.setInputFiles("input[type=file]", path);
   assert.match(await page.notice("error").innerText(), /None of its frames can be read/);
-  await page.finish();
 });
 
 test("a frame that has changed in a file of frames is lost with those that need it, and nothing else", async () => {
@@ -157,7 +150,7 @@ test("a frame that has changed in a file of frames is lost with those that need 
   for (let at = bytes.indexOf("PCXI"); at >= 0; at = bytes.indexOf("PCXI", at + 1)) begins.push(at);
   assert.equal(begins.length, 20, path);
   const lost = 5;
-  const { page } = await openBytes("eight_flipped.pcxi", withFlippedByte(bytes, begins[lost] + 2000));
+  await openBytes("eight_flipped.pcxi", withFlippedByte(bytes, begins[lost] + 2000));
   const decoded = decodedByProgram(pathInFolder("eight.pcxi"))[0];
   const shown = [];
   for (let frame = 0; frame < 20; ++frame) {
@@ -171,25 +164,22 @@ test("a frame that has changed in a file of frames is lost with those that need 
   assert.deepEqual(shown, shown.map((_, i) => i < lost || i >= 8));
   await seek(page, 6);
   await page.locator(".stream-note", { hasText: "Not shown: " }).waitFor();
-  await page.finish();
 });
 
 test("bytes between frames are skipped, and it is said how many", async () => {
   const bytes = readFileSync(frameFile());
   const second = bytes.indexOf("PCXI", 4);
-  const { page } = await openBytes("gap.pcxi",
+  await openBytes("gap.pcxi",
     Buffer.concat([bytes.subarray(0, second), Buffer.alloc(1234, 7), bytes.subarray(second)]));
   assert.equal(await page.ask(() => window.pclExtViewer.moments()), 20);
   const [place] = await page.ask(() => window.pclExtViewer.damage());
   assert.match(place, new RegExp(`byte ${second}: 1234 bytes that are no frame`));
-  await page.finish();
 });
 
 test("a file of frames that ends early shows all whole frames", async () => {
   const bytes = readFileSync(frameFile());
   const last = bytes.lastIndexOf("PCXI");
-  const { page } = await openBytes("cut.pcxi", bytes.subarray(0, last + 300));
+  await openBytes("cut.pcxi", bytes.subarray(0, last + 300));
   assert.equal(await page.ask(() => window.pclExtViewer.moments()), 19);
   assert.match((await page.ask(() => window.pclExtViewer.damage()))[0], new RegExp(`byte ${last}: the file ends within`));
-  await page.finish();
 });

@@ -4,12 +4,12 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, seek, startViewer, stopViewer, untilIndexed, viewer } from "./support/browser.mjs";
 import { writeBag } from "./support/bags.mjs";
 import { pathInFolder, pclExt } from "./support/fixtures.mjs";
 
-before(startBrowser);
-after(stopBrowser);
+before(startViewer);
+after(stopViewer);
 
 const edge = 0.02;
 const half = Math.SQRT1_2;
@@ -20,14 +20,12 @@ async function openBag(name, clouds, transforms, isRos1 = false) {
   const recording = pathInFolder(`${name}.mcap`);
   await writeBag(bag, clouds, transforms, isRos1);
   pclExt("encode", bag, "-o", recording, "-r", edge, "-q");
-  const viewer = await openViewer();
   await openFiles(viewer, [recording]);
   await untilIndexed(viewer);
-  return viewer;
 }
 
 /** Expects that a stream's only voxel is drawn at a place, up to the error of a voxel. */
-async function expectPlace(viewer, stream, place) {
+async function expectPlace(stream, place) {
   const position = await viewer.evaluate((index) => window.pclExtViewer.positions(index), stream);
   assert.equal(position.length, 3);
   place.forEach((value, axis) =>
@@ -56,23 +54,21 @@ const motion = [
 for (const isRos1 of [false, true])
   test(`frames of a moving robot are placed by interpolated transforms, in messages of ROS ${isRos1 ? 1 : 2}`, async () => {
     const clouds = [...cloudsOf("/lidar", "lidar", [1000, 1001, 1002]), ...cloudsOf("/mast", "mast", [1000, 1001, 1002])];
-    const viewer = await openBag(`robot_${isRos1}`, clouds, [staticLinks, ...motion], isRos1);
+    await openBag(`robot_${isRos1}`, clouds, [staticLinks, ...motion], isRos1);
     for (const [moment, place] of [[0, [11, 0, 0.5]], [1, [11 + half, half, 0.5]], [2, [12, 1, 0.5]]]) {
       await seek(viewer, moment);
-      await expectPlace(viewer, 0, place);
-      await expectPlace(viewer, 1, [0, 0, 3]);
+      await expectPlace(0, place);
+      await expectPlace(1, [0, 0, 3]);
     }
     assert.equal(await viewer.notice("info").count(), 0, "one tree of frames needs no word");
-    await viewer.finish();
   });
 
 test("what no transform connects is drawn around the same origin, and the page says so", async () => {
   const clouds = [...cloudsOf("/lidar", "lidar", [1000, 1001]), ...cloudsOf("/arm", "arm", [1000, 1001])];
-  const viewer = await openBag("unconnected", clouds, [staticLinks, ...motion]);
-  await expectPlace(viewer, 0, [11, 0, 0.5]);
-  await expectPlace(viewer, 1, [1, 0, 0]);
+  await openBag("unconnected", clouds, [staticLinks, ...motion]);
+  await expectPlace(0, [11, 0, 0.5]);
+  await expectPlace(1, [1, 0, 0]);
   assert.match(await viewer.notice("info").innerText(), /\(map, arm\).*no transform connects them/);
-  await viewer.finish();
 });
 
 test("frames far from their nearest transform, and circles of parents, are named", async () => {
@@ -82,14 +78,13 @@ test("frames far from their nearest transform, and circles of parents, are named
     transforms: [["a", "b"], ["b", "c"], ["c", "a"]].map(([parent, child]) => ({ parent, child, pose: [1, 0, 0, 0, 0, 0, 1] })),
   };
   const clouds = [...cloudsOf("/lidar", "lidar", [1000, 1007]), ...cloudsOf("/round", "b", [1000, 1007])];
-  const viewer = await openBag("circle", clouds, [staticLinks, ...motion, circle]);
+  await openBag("circle", clouds, [staticLinks, ...motion, circle]);
   await seek(viewer, 1);
-  await expectPlace(viewer, 0, [12, 1, 0.5]);
-  await expectPlace(viewer, 1, [1, 0, 0]);
+  await expectPlace(0, [12, 1, 0.5]);
+  await expectPlace(1, [1, 0, 0]);
   const streams = viewer.locator(".streams");
   await streams.getByText("the nearest transform of “base_link” is 5.00 s away").waitFor();
   await streams.getByText("the parents of “b” form a circle at “b”").waitFor();
-  await viewer.finish();
 });
 
 test("invalid transforms are left out, and the page says so", async () => {
@@ -101,12 +96,11 @@ test("invalid transforms are left out, and the page says so", async () => {
       { parent: "mast", child: "lidar", pose: [5, 5, 5, 0, 0, 0, 1] },
     ],
   };
-  const viewer = await openBag("odd", cloudsOf("/lidar", "lidar", [1000]), [staticLinks, ...motion, odd]);
-  await expectPlace(viewer, 0, [11, 0, 0.5]);
+  await openBag("odd", cloudsOf("/lidar", "lidar", [1000]), [staticLinks, ...motion, odd]);
+  await expectPlace(0, [11, 0, 0.5]);
   const notice = await viewer.notice("info").innerText();
   assert.match(notice, /some transforms are no rotation and translation/);
   assert.match(notice, /“lidar” has several parents, of which the first one, “base_link”, is used/);
-  await viewer.finish();
 });
 
 test("of more transforms than are kept, and in any order, the rest places frames as well", async () => {
@@ -117,8 +111,7 @@ test("of more transforms than are kept, and in any order, the rest places frames
       return { parent: "map", child: "lidar", stamp: 1000 + seconds, pose: [seconds, 0, 0, 0, 0, 0, 1] };
     }),
   }));
-  const viewer = await openBag("many", cloudsOf("/lidar", "lidar", [1000, 1002.5]), straight);
+  await openBag("many", cloudsOf("/lidar", "lidar", [1000, 1002.5]), straight);
   await seek(viewer, 1);
-  await expectPlace(viewer, 0, [3.5, 0, 0]);
-  await viewer.finish();
+  await expectPlace(0, [3.5, 0, 0]);
 });

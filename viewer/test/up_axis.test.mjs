@@ -4,12 +4,12 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { openFiles, startViewer, stopViewer, untilIndexed, viewer } from "./support/browser.mjs";
 import { writeBag } from "./support/bags.mjs";
 import { cellRecording, cloudRecording, pathInFolder, pclExt } from "./support/fixtures.mjs";
 
-before(startBrowser);
-after(stopBrowser);
+before(startViewer);
+after(stopViewer);
 
 /** A wall in 4 m and a floor, as a camera sees them that is held level at 1.2 m, 70 degrees wide: y points down. */
 const seenByCamera = Array.from({ length: 4000 }, (_, i) => {
@@ -20,42 +20,39 @@ const seenByCamera = Array.from({ length: 4000 }, (_, i) => {
 const inRoom = seenByCamera.map(([x, y, z]) => [z, -x, 1.2 - y]);
 const texts = (points) => points.map((point) => point.map((value) => value.toFixed(3)).join(" "));
 
-const auto = (viewer) => viewer.locator("select[aria-label=Up] option").first().textContent();
-const ticks = (viewer) => viewer.locator(".legend .ticks span").allTextContents();
+const auto = () => viewer.locator("select[aria-label=Up] option").first().textContent();
+const ticks = () => viewer.locator(".legend .ticks span").allTextContents();
 
 /** From the target of the view to the camera. */
-async function towardsCamera(viewer) {
+async function towardsCamera() {
   const [x, y, z, ...target] = await viewer.ask(() => window.pclExtViewer.camera());
   return [x - target[0], y - target[1], z - target[2]];
 }
 
-async function opened(recording) {
-  const viewer = await openViewer();
+async function open(recording) {
   await openFiles(viewer, [recording]);
   await untilIndexed(viewer);
-  return viewer;
 }
 
 test("a camera's cloud in its own coordinates stands upright, which is guessed, shown and changed", async () => {
-  const viewer = await opened(cloudRecording("camera", texts(seenByCamera), "-r", 0.02));
-  assert.equal(await auto(viewer), "−y, guessed from the cloud");
+  await open(cloudRecording("camera", texts(seenByCamera), "-r", 0.02));
+  assert.equal(await auto(), "−y, guessed from the cloud");
   await viewer.evaluate(() => window.pclExtViewer.set({ colourBy: "height" }));
-  const [lowest, , highest] = (await ticks(viewer)).map(parseFloat);
+  const [lowest, , highest] = (await ticks()).map(parseFloat);
   assert.ok(Math.abs(lowest + 1.2) < 0.03 && Math.abs(highest - 1.2) < 0.03, `${lowest} to ${highest}`);
-  const [, y, z] = await towardsCamera(viewer);
+  const [, y, z] = await towardsCamera();
   assert.ok(y < -1 && z < -1, "above, and on the side of the camera");
   await viewer.keyboard.press("w");
-  assert.ok((await towardsCamera(viewer))[1] < y, "higher");
+  assert.ok((await towardsCamera())[1] < y, "higher");
 
   await viewer.getByRole("combobox", { name: "Up" }).selectOption("z");
-  assert.ok((await towardsCamera(viewer))[2] > 1);
-  assert.ok(parseFloat((await ticks(viewer))[0]) > 1.5);
+  assert.ok((await towardsCamera())[2] > 1);
+  assert.ok(parseFloat((await ticks())[0]) > 1.5);
   await viewer.until(() => location.hash.includes("up=z"));
   await viewer.getByRole("combobox", { name: "Up" }).selectOption("y");
-  assert.ok((await towardsCamera(viewer))[1] > 1);
+  assert.ok((await towardsCamera())[1] > 1);
   await viewer.getByRole("combobox", { name: "Up" }).selectOption("auto");
-  assert.ok((await towardsCamera(viewer))[1] < -1);
-  await viewer.finish();
+  assert.ok((await towardsCamera())[1] < -1);
 });
 
 test("z is up where poses or the cloud say so", async () => {
@@ -65,10 +62,9 @@ test("z is up where poses or the cloud say so", async () => {
     // A thing that stands above the floor, in front of the origin only.
     [cloudRecording("thing", texts(seenByCamera.map(([x, y, z]) => [3 + x, y, z])), "-r", 0.02), "z, guessed from the cloud"],
   ]) {
-    const viewer = await opened(recording);
-    assert.equal(await auto(viewer), reason);
-    assert.ok((await towardsCamera(viewer))[2] > 1);
-    await viewer.finish();
+    await open(recording);
+    assert.equal(await auto(), reason);
+    assert.ok((await towardsCamera())[2] > 1);
   }
 });
 
@@ -85,16 +81,13 @@ test("transforms say that z is up, whatever the cloud looks like, and names of f
     ["unplaced", "camera", seenByCamera, [], "−y, guessed from the cloud"],
     ["optical", "front_optical_frame", inRoom, [], "−y, as front_optical_frame is a camera's"],
   ]) {
-    const viewer = await opened(await recordingOf(name, frameId, points, transforms));
+    await open(await recordingOf(name, frameId, points, transforms));
     await viewer.until((text) => document.querySelector("select[aria-label=Up]").options[0].text === text, reason);
-    await viewer.finish();
   }
 });
 
 test("a link keeps the axis", async () => {
-  const viewer = await openViewer();
   await viewer.evaluate(() => (location.hash = "#up=-z"));
   await openFiles(viewer, [cellRecording()]);
-  assert.ok((await towardsCamera(viewer))[2] < -1);
-  await viewer.finish();
+  assert.ok((await towardsCamera())[2] < -1);
 });

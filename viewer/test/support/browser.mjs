@@ -31,6 +31,19 @@ export async function stopBrowser() {
   browser = null;
 }
 
+/** A page for all tests of a file that begin with another recording: to open one takes two seconds. */
+export let viewer = null;
+
+export async function startViewer() {
+  await startBrowser();
+  viewer = await openViewer();
+}
+
+export async function stopViewer() {
+  await viewer.finish();
+  await stopBrowser();
+}
+
 /** Seconds of processor that the browser's processes took, by their type; 0 for those that do not run. */
 export async function processorTimes() {
   const session = await browser.newBrowserCDPSession();
