@@ -110,21 +110,14 @@ TEST_F(ProgramJobs, AnInterruptionLeavesNoGapBetweenParts)
       << result.output;
 }
 
-TEST_F(ProgramJobs, StreamsWithoutFramesAreNotCounted)
+TEST_F(ProgramJobs, StreamsWithoutFramesAndOptionsThatPreventSharingAreTold)
 {
   writeUnevenBag(folder / "bag.mcap", 10); // with two clouds of /slow
   EXPECT_TRUE(hasPart(run("encode bag.mcap --frames 3:6 -o x.mcap").output,
                       "x.mcap: 3 frames, "));
-}
-
-TEST_F(ProgramJobs, OptionsThatNothingCanBeSharedWithAreTold)
-{
-  writeUnevenBag(folder / "bag.mcap", 10);
-  const ProgramRun result =
-      run("encode bag.mcap --topics /fast --max-rate 1Mbit/s -j 2 -o x.mcap");
-  EXPECT_TRUE(hasPart(result.errors,
-                      "--jobs 2 is more than there are streams: with "
-                      "--max-rate"));
+  const std::string options = "--topics /fast --max-rate 1Mbit/s -j 2 -o y.mcap";
+  EXPECT_TRUE(hasPart(run("encode bag.mcap " + options).errors,
+                      "--jobs 2 is more than there are streams: with --max-rate"));
 }
 
 TEST_F(ProgramJobs, JsonHasWhatTheSummaryHas)

@@ -79,6 +79,12 @@ TEST_F(ProgramSite, TellsWhatMaxRateHasChanged)
       run("send room --rate 20 -r 0.02 --max-rate 100kbit/s" + at(server));
   EXPECT_TRUE(hasPart(sent.errors, "/room: rate control, "));
   EXPECT_TRUE(hasPart(sent.errors, "at the end: voxels of "));
+  writeClouds("few", roomClouds(5));
+  const ProgramRun none = expectRemark(
+      "send few --rate 20 -r 0.001 --rate-doublings 0 --max-rate 1kbit/s" + at(server),
+      "/few: --max-rate has no room for any of its 5 clouds: ",
+      1);
+  EXPECT_FALSE(hasPart(none.errors, "max_rate"));
 }
 
 TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
