@@ -65,7 +65,8 @@ if(TARGET pcl_ext_view)
                                       view/clients.cpp)
 endif()
 if(TARGET pcl_ext_link)
-  target_sources(test_program PRIVATE tools/test_program_losses.cpp
+  target_sources(test_program PRIVATE tools/test_program_centres.cpp
+                                      tools/test_program_losses.cpp
                                       tools/test_program_receive.cpp
                                       tools/test_program_replay.cpp
                                       tools/test_program_map.cpp

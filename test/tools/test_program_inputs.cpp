@@ -74,7 +74,7 @@ TEST_F(ProgramInputs, StandardInputAndPipesHaveNames)
 
 TEST_F(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
 {
-  for (const char* extension : {"mcap", "pcd", "bin"}) {
+  for (const char* extension : {"mcap", "pcxi", "pcd", "bin"}) {
     SCOPED_TRACE(extension);
     const std::string name = std::string("x.") + extension;
     writeBytes(folder / name, {});
