@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -23,6 +24,40 @@ inline void
 expectPart(const std::string& message, const std::string& part)
 {
   EXPECT_TRUE(pcl_ext::test::hasPart(message, part));
+}
+
+/** \brief A PCD file.
+ * \param[in] fields their names, each followed by its type, size and count if these are
+ * not F, 4 and 1: "x y z ring:U2 pair:F4x2"
+ */
+inline std::string
+pcd(const std::string& fields, std::size_t points, const std::string& data)
+{
+  std::string names;
+  std::string sizes;
+  std::string types;
+  std::string counts;
+  std::istringstream words(fields);
+  for (std::string word; words >> word;) {
+    const std::size_t colon = word.find(':');
+    const std::string type = colon < word.size() ? word.substr(colon + 1) : "F4";
+    const std::size_t times = type.find('x');
+    names += ' ' + word.substr(0, colon);
+    sizes += ' ' + type.substr(1, times - 1);
+    types += ' ' + type.substr(0, 1);
+    counts += ' ' + (times < type.size() ? type.substr(times + 1) : "1");
+  }
+  return "VERSION .7\nFIELDS" + names + "\nSIZE" + sizes + "\nTYPE" + types +
+         "\nCOUNT" + counts + "\nWIDTH " + std::to_string(points) +
+         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + std::to_string(points) +
+         "\nDATA " + data;
+}
+
+inline std::string
+ply(const std::string& format, const std::string& properties, const std::string& points)
+{
+  return "ply\nformat " + format + " 1.0\nelement vertex 2\n" + properties +
+         "end_header\n" + points;
 }
 
 /** \brief Files that other programs write in other ways than PCL. */
@@ -38,6 +73,20 @@ protected:
                      cloud_,
                      bin_fields.empty() ? std::vector<FileField>()
                                         : parseBinFields(bin_fields));
+  }
+
+  Remarks
+  readPcd(const std::string& fields, std::size_t points, const std::string& data)
+  {
+    return read("a.pcd", pcd(fields, points, data));
+  }
+
+  Remarks
+  readPly(const std::string& format,
+          const std::string& properties,
+          const std::string& points)
+  {
+    return read("a.ply", ply(format, properties, points));
   }
 
   std::string
@@ -116,27 +165,6 @@ append(NumberT number, std::string& bytes)
   std::array<char, sizeof(number)> of_number{};
   std::memcpy(of_number.data(), &number, sizeof(number));
   bytes.append(of_number.data(), of_number.size());
-}
-
-inline std::string
-pcd(const std::string& fields,
-    const std::string& sizes,
-    const std::string& types,
-    const std::string& counts,
-    std::size_t points,
-    const std::string& data)
-{
-  return "VERSION .7\nFIELDS " + fields + "\nSIZE " + sizes + "\nTYPE " + types +
-         "\nCOUNT " + counts + "\nWIDTH " + std::to_string(points) +
-         "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + std::to_string(points) +
-         "\nDATA " + data;
-}
-
-inline std::string
-ply(const std::string& format, const std::string& properties, const std::string& points)
-{
-  return "ply\nformat " + format + " 1.0\nelement vertex 2\n" + properties +
-         "end_header\n" + points;
 }
 
 inline const std::string xyz = "property float x\nproperty float y\nproperty float z\n";

@@ -18,7 +18,6 @@
 #include <cstring>
 #include <limits>
 #include <random>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -27,7 +26,6 @@ namespace pcl_ext::clouds::test {
 using Points = pcl::PointCloud<pcl::PointXYZRGBNormal>;
 using recording::test::Bytes;
 using recording::test::writeBytes;
-using recording::test::writeText;
 
 /** \brief Points of many digits, with some missing. */
 Points
@@ -160,9 +158,8 @@ TEST(CloudFiles, WriteWhatPclReads)
   }
 }
 
-TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
+TEST_F(FileLayouts, PlyOfOtherProgramsIsReadAsTheyMeanIt)
 {
-  const recording::test::TestFolder folder;
   // Elements before and after, lists, alpha, numbers of 64 bits and the other order of
   // bytes.
   const std::string header =
@@ -194,29 +191,17 @@ TEST(CloudFiles, PlyOfOtherProgramsIsReadAsTheyMeanIt)
   add(std::int16_t{6});
   binary += std::string("\3\0\0\0\0\0\0\0\1\0\0\0\1", 13);
   for (const std::string& content : {text, binary}) {
-    writeText(folder / "x.ply", content);
-    pcl::PCLPointCloud2 cloud;
-    readCloud(folder / "x.ply", cloud);
-    ASSERT_EQ(cloud.fields.size(), 5u);
-    EXPECT_EQ(cloud.fields[3].name, "rgba");
-    EXPECT_EQ(cloud.fields[4].name, "ring");
-    ASSERT_EQ(cloud.width, 2u);
-    double x = 0.0;
-    std::uint32_t colour = 0;
-    std::int16_t ring = 0;
-    std::memcpy(&x, cloud.data.data(), sizeof(x));
-    std::memcpy(&colour, &cloud.data[cloud.fields[3].offset], sizeof(colour));
-    std::memcpy(
-        &ring, &cloud.data[cloud.point_step + cloud.fields[4].offset], sizeof(ring));
-    EXPECT_EQ(x, 4500000.125);
-    EXPECT_EQ(colour, 0x04010203u);
-    EXPECT_EQ(ring, 6);
+    read("x.ply", content);
+    EXPECT_EQ(fieldNames(), "x y z rgba ring");
+    EXPECT_EQ(doubles("x"), (Doubles{4500000.125, 1.0}));
+    EXPECT_EQ(numbers<std::uint32_t>("rgba", F::UINT32)[0], 0x04010203u);
+    EXPECT_EQ(numbers<std::int16_t>("ring", F::INT16),
+              (std::vector<std::int16_t>{-5, 6}));
   }
 }
 
-TEST(CloudFiles, HeadersMayBeWrittenInOtherWays)
+TEST_F(FileLayouts, HeadersMayBeWrittenInOtherWays)
 {
-  const recording::test::TestFolder folder;
   const std::string points = "1 2 3\n4 5 6\n";
   const std::string fields = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
   const std::string vertices = "element vertex 2\nproperty float x\nproperty float y\n"
@@ -240,58 +225,37 @@ TEST(CloudFiles, HeadersMayBeWrittenInOtherWays)
       "ply\n" + format + "obj_info num_cols 7\n" + vertices};
   for (const std::string& file : files) {
     SCOPED_TRACE(file.substr(0, 200));
-    writeText(folder / "x.pcd", file);
-    pcl::PCLPointCloud2 cloud;
-    ASSERT_NO_THROW(readCloud(folder / "x.pcd", cloud));
-    EXPECT_EQ(cloud.width, 2u);
-    EXPECT_EQ(cloud.height, 1u);
-    std::array<float, 6> numbers{};
-    ASSERT_EQ(cloud.data.size(), sizeof(numbers));
-    std::memcpy(numbers.data(), cloud.data.data(), sizeof(numbers));
-    EXPECT_EQ(numbers, (std::array<float, 6>{1, 2, 3, 4, 5, 6}));
+    ASSERT_NO_THROW(read("x.pcd", file));
+    EXPECT_EQ(cloud_.height, 1u);
+    EXPECT_EQ(floats("x"), (Floats{1.0f, 4.0f}));
+    EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+    EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
   }
 }
 
-TEST(CloudFiles, OnlyCloudsWithoutLengthsAreTakenForDamaged)
+TEST_F(FileLayouts, OnlyCloudsWithoutLengthsAreTakenForDamaged)
 {
-  const recording::test::TestFolder folder;
   // A wall in the plane x = 0, with a number that is as good as 0.
-  Points wall(100, 1);
-  for (std::size_t i = 0; i < wall.size(); ++i)
-    wall[i].y = static_cast<float>(i);
-  wall[3].x = 1e-21f;
-  Bytes bytes = writePcd(packed(wall), {}, PcdStorage::Binary);
-  writeBytes(folder / "x.pcd", bytes);
-  pcl::PCLPointCloud2 cloud;
-  ASSERT_NO_THROW(readCloud(folder / "x.pcd", cloud));
+  std::string wall;
+  for (int i = 0; i < 100; ++i)
+    for (const float number : {i == 3 ? 1e-21f : 0.0f, static_cast<float>(i), 0.0f})
+      append(number, wall);
+  ASSERT_NO_THROW(readPcd("x y z", 100, "binary\n" + wall));
   // The same with each float in the other order, as of a writer for other machines.
-  const std::string begin = "DATA binary\n";
-  const auto found =
-      std::search(bytes.begin(), bytes.end(), begin.begin(), begin.end());
-  ASSERT_NE(found, bytes.end());
-  for (auto at = found + static_cast<std::ptrdiff_t>(begin.size());
-       at + 4 <= bytes.end();
-       at += 4)
+  for (auto at = wall.begin(); at != wall.end(); at += 4)
     std::reverse(at, at + 4);
-  writeBytes(folder / "x.pcd", bytes);
-  EXPECT_THROW(readCloud(folder / "x.pcd", cloud), std::runtime_error);
+  EXPECT_THROW(readPcd("x y z", 100, "binary\n" + wall), std::runtime_error);
 }
 
-TEST(CloudFiles, NormalsHaveTheNamesOfPlyThereAndOfPclHere)
+TEST_F(FileLayouts, NormalsHaveTheNamesOfPlyThereAndOfPclHere)
 {
-  const recording::test::TestFolder folder;
   const Bytes bytes = writePly(packed(randomPoints(3, 1, false)));
   const std::string file(bytes.begin(), bytes.end());
-  for (const std::string axis : {"x", "y", "z"})
+  read("x.ply", file);
+  for (const std::string axis : {"x", "y", "z"}) {
     expectPart(file, "property float n" + axis + "\n");
-  writeBytes(folder / "x.ply", bytes);
-  pcl::PCLPointCloud2 cloud;
-  readCloud(folder / "x.ply", cloud);
-  std::set<std::string> names;
-  for (const pcl::PCLPointField& field : cloud.fields)
-    names.insert(field.name);
-  for (const std::string axis : {"x", "y", "z"})
-    EXPECT_EQ(names.count("normal_" + axis), 1u);
+    expectPart(fieldNames(), "normal_" + axis);
+  }
 }
 
 TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)
@@ -309,18 +273,12 @@ TEST(CloudFiles, DamagedFilesAreRefusedOrReadWhole)
           "property short x\nproperty int y\nproperty bool z\n"
           "property list uchar int w\n",
           "1 2 0 2 3 4\n4 5 1 0\n");
-  const std::string other_fields = pcd("X Y Z r g b stamp half _ gone",
-                                       "2 4 4 1 1 1 8 2 1 4",
-                                       "I F F U U U U F U F",
-                                       "1 1 1 1 1 1 1 1 5 0",
-                                       2,
-                                       "binary\n" + std::string(2 * 28, '\x11'));
-  const std::string other_lines = pcd("x y z rgb stamp",
-                                      "4 4 4 4 8",
-                                      "F F F I U",
-                                      "1 1 1 1 2",
-                                      2,
-                                      "ascii\r1 2 3 4 5 6\r7 8 9 -1 2 3\r");
+  const std::string other_fields =
+      pcd("X:I2 Y Z r:U1 g:U1 b:U1 stamp:U8 half:F2 _:U1x5 gone:F4x0",
+          2,
+          "binary\n" + std::string(2 * 28, '\x11'));
+  const std::string other_lines =
+      pcd("x y z rgb:I4 stamp:U8x2", 2, "ascii\r1 2 3 4 5 6\r7 8 9 -1 2 3\r");
   std::vector<Bytes> files = {writePcd(image, {}, PcdStorage::Binary),
                               writePcd(image, {}, PcdStorage::Compressed),
                               writePcd(image, {}, PcdStorage::Ascii),

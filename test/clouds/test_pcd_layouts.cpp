@@ -14,27 +14,21 @@ namespace pcl_ext::clouds::test {
 
 TEST_F(FileLayouts, PackedColoursAreTheSameBitsInEachType)
 {
-  for (const char* type : {"I", "U", "u", "i"}) {
+  for (const std::string type : {"I4", "U4", "u4", "i4"}) {
     SCOPED_TRACE(type);
-    const std::string types = std::string("F F F ") + type;
-    EXPECT_EQ(read("a.pcd",
-                   pcd("x y z rgb",
-                       "4 4 4 4",
-                       types,
-                       "1 1 1 1",
-                       4,
-                       "ascii\n1 2 3 16711680\n4 5 6 255\n7 8 9 -16776961\n"
-                       "1 1 1 4278255360\n")),
+    EXPECT_EQ(readPcd("x y z rgb:" + type,
+                      4,
+                      "ascii\n1 2 3 16711680\n4 5 6 255\n7 8 9 -16776961\n"
+                      "1 1 1 4278255360\n"),
               Remarks());
     EXPECT_EQ(colours("rgb", F::UINT32), (Colours{0xff0000, 0xff, 0x0000ff, 0x00ff00}));
     std::string binary = "binary\n";
     for (int i = 0; i < 2; ++i) {
-      append(1.0f, binary);
-      append(2.0f, binary);
-      append(3.0f, binary);
+      for (const float number : {1.0f, 2.0f, 3.0f})
+        append(number, binary);
       append(std::int32_t(-16776961 + i), binary);
     }
-    read("a.pcd", pcd("x y z rgba", "4 4 4 4", types, "1 1 1 1", 2, binary));
+    readPcd("x y z rgba:" + type, 2, binary);
     EXPECT_EQ(numbers<std::uint32_t>("rgba", F::UINT32),
               (Colours{0xff0000ff, 0xff000100}));
   }
@@ -54,13 +48,9 @@ TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
     append(static_cast<std::uint16_t>(i % 32), data);
     data += std::string(12, '\x55');
   }
-  EXPECT_EQ(read("a.pcd",
-                 pcd("x y z _ intensity _ timestamp _ ring _",
-                     "4 4 4 1 4 1 8 1 2 1",
-                     "F F F U F U F U U U",
-                     "1 1 1 4 1 0 1 6 1 12",
-                     64,
-                     data)),
+  EXPECT_EQ(readPcd("x y z _:U1x4 intensity _:U1x0 timestamp:F8 _:U1x6 ring:U2 _:U1x12",
+                    64,
+                    data),
             Remarks());
   ASSERT_EQ(cloud_.width, 64u);
   EXPECT_EQ(floats("z")[63], 189.0f);
@@ -68,10 +58,9 @@ TEST_F(FileLayouts, FieldsOfCount0AreLeftOut)
   EXPECT_EQ(doubles("timestamp")[63], 1600000000.0 + 0.001 * 63);
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16)[63], 31);
   // In text they have no words.
-  read("a.pcd",
-       pcd("x time y z", "4 8 4 4", "F F F F", "1 0 1 1", 1, "ascii\n1 2 3\n"));
+  readPcd("x time:F8x0 y z", 1, "ascii\n1 2 3\n");
   EXPECT_EQ(floats("z"), Floats{3.0f});
-  expectPart(refusal("a.pcd", pcd("x y z", "4 4 4", "F F F", "0 0 0", 9, "ascii\n")),
+  expectPart(refusal("a.pcd", pcd("x:F4x0 y:F4x0 z:F4x0", 9, "ascii\n")),
              "no fields with numbers");
 }
 
@@ -83,27 +72,21 @@ TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
   EXPECT_EQ(read("a.pcd", small), Remarks{"its fields X, Y, Z are taken as x, y, z"});
   EXPECT_EQ(fieldNames(), "x y z Intensity");
   EXPECT_EQ(floats("y"), (Floats{2.0f, 6.0f}));
-  read("a.ply",
-       ply("ascii",
-           "property float X\nproperty float Y\nproperty float Z\n",
-           "1 2 3\n4 5 6\n"));
+  readPly("ascii",
+          "property float X\nproperty float Y\nproperty float Z\n",
+          "1 2 3\n4 5 6\n");
   EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
-  EXPECT_EQ(
-      read("a.pcd",
-           pcd("x y z RGB", "4 4 4 4", "F F F U", "1 1 1 1", 1, "ascii\n1 2 3 255\n")),
-      Remarks{"its fields RGB are taken as rgb"});
+  EXPECT_EQ(readPcd("x y z RGB:U4", 1, "ascii\n1 2 3 255\n"),
+            Remarks{"its fields RGB are taken as rgb"});
   // X is another field where there is an x.
-  EXPECT_EQ(
-      read("a.pcd",
-           pcd("x y z X", "4 4 4 4", "F F F F", "1 1 1 1", 1, "ascii\n1 2 3 4\n")),
-      Remarks());
+  EXPECT_EQ(readPcd("x y z X", 1, "ascii\n1 2 3 4\n"), Remarks());
   EXPECT_EQ(fieldNames(), "x y z X");
   EXPECT_EQ(floats("x"), Floats{1.0f});
 }
 
 TEST_F(FileLayouts, ALineThatPcdHasNotIsNamed)
 {
-  std::string text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 1, "ascii\n1 2 3\n");
+  std::string text = pcd("x y z", 1, "ascii\n1 2 3\n");
   text.insert(text.find("WIDTH"), "FRAME_ID lidar\n");
   EXPECT_EQ(read("a.pcd", text),
             Remarks{"its header has a line that PCD has not: 'FRAME_ID lidar'"});
@@ -117,21 +100,13 @@ TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
     append(number, data);
   data += "\x12\x34";
   append(std::uint16_t(9), data);
-  EXPECT_EQ(
-      read("a.pcd",
-           pcd("x y z half ring", "4 4 4 2 2", "F F F F U", "1 1 1 1 1", 1, data)),
-      Remarks{"the field 'half' is left out: PCL has no numbers of its SIZE and "
-              "TYPE"});
+  EXPECT_EQ(readPcd("x y z half:F2 ring:U2", 1, data),
+            Remarks{"the field 'half' is left out: PCL has no numbers of its SIZE and "
+                    "TYPE"});
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
-  expectPart(refusal("a.pcd", pcd("x y z", "2 4 4", "F F F", "1 1 1", 1, data)), "'x'");
+  expectPart(refusal("a.pcd", pcd("x:F2 y z", 1, data)), "'x'");
   EXPECT_EQ(
-      read("a.pcd",
-           pcd("x y z valid ring",
-               "4 4 4 1 2",
-               "F F F B U",
-               "1 1 1 2 1",
-               1,
-               "ascii\n1 2 3 true - 9\n")),
+      readPcd("x y z valid:B1x2 ring:U2", 1, "ascii\n1 2 3 true - 9\n"),
       Remarks{
           "the field 'valid' is left out: PCL has no numbers of its SIZE and TYPE"});
   EXPECT_EQ(numbers<std::uint16_t>("ring", F::UINT16), std::vector<std::uint16_t>{9});
@@ -139,68 +114,39 @@ TEST_F(FileLayouts, NumbersThatPclHasNotAreLeftOut)
 
 TEST_F(FileLayouts, OddLinesOfHeadersAreSaid)
 {
-  std::string text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 1, "ascii\n1 2 3\n");
+  std::string text = pcd("x y z", 1, "ascii\n1 2 3\n");
   text.replace(text.find(" 1 0 0 0"), 8, "");
   EXPECT_EQ(read("a.pcd", text),
             Remarks{"its VIEWPOINT is left out: it has not 7 numbers"});
   // PCL reads it as one row.
-  text = pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n1 2 3\n4 5 6\n");
+  text = pcd("x y z", 2, "ascii\n1 2 3\n4 5 6\n");
   text.replace(text.find("HEIGHT 1"), 8, "HEIGHT 0");
   EXPECT_EQ(read("a.pcd", text), Remarks());
   EXPECT_EQ(cloud_.height, 1u);
   EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
   EXPECT_EQ(
-      read("a.pcd",
-           pcd("x y z t t",
-               "4 4 4 4 4",
-               "F F F F F",
-               "1 1 1 1 1",
-               1,
-               "ascii\n1 2 3 4 5\n")),
+      readPcd("x y z t t", 1, "ascii\n1 2 3 4 5\n"),
       Remarks{"several of its fields are named 't'; files have 't_' for the second"});
 }
 
 TEST_F(FileLayouts, SeparateColoursOfPcdAreColours)
 {
-  EXPECT_EQ(read("a.pcd",
-                 pcd("x y z r g b",
-                     "4 4 4 1 1 1",
-                     "F F F U U U",
-                     "1 1 1 1 1 1",
-                     2,
-                     "ascii\n1 2 3 255 0 9\n4 5 6 1 2 3\n")),
+  EXPECT_EQ(readPcd("x y z r:U1 g:U1 b:U1", 2, "ascii\n1 2 3 255 0 9\n4 5 6 1 2 3\n"),
             Remarks{"its fields r, g, b (uint8) are taken as its colour"});
   EXPECT_EQ(fieldNames(), "x y z rgb");
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff0009, 0x010203}));
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
   // With alpha, in another order, and with a field between them.
-  read("a.pcd",
-       pcd("A B x y z ring G R",
-           "1 1 4 4 4 2 1 1",
-           "U U F F F U U U",
-           "1 1 1 1 1 1 1 1",
-           1,
-           "ascii\n128 9 1 2 3 7 0 255\n"));
+  readPcd("A:U1 B:U1 x y z ring:U2 G:U1 R:U1", 1, "ascii\n128 9 1 2 3 7 0 255\n");
   EXPECT_EQ(fieldNames(), "rgba x y z ring");
   EXPECT_EQ(numbers<std::uint32_t>("rgba", F::UINT32), Colours{0x80ff0009});
   // Floats: shares, or numbers up to 255; missing points are black.
-  EXPECT_EQ(read("a.pcd",
-                 pcd("x y z r g b",
-                     "4 4 4 4 4 4",
-                     "F F F F F F",
-                     "1 1 1 1 1 1",
-                     2,
-                     "ascii\n1 2 3 1 0.5 0\nnan nan nan nan nan nan\n")),
-            Remarks{"its fields r, g, b (float32) are taken as its colour, in 8 bits a "
-                    "channel, of 0 to 1"});
+  EXPECT_EQ(
+      readPcd("x y z r g b", 2, "ascii\n1 2 3 1 0.5 0\nnan nan nan nan nan nan\n"),
+      Remarks{"its fields r, g, b (float32) are taken as its colour, in 8 bits a "
+              "channel, of 0 to 1"});
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0}));
-  read("a.pcd",
-       pcd("x y z r g b",
-           "4 4 4 4 4 4",
-           "F F F F F F",
-           "1 1 1 1 1 1",
-           1,
-           "ascii\n1 2 3 200.4 17 0\n"));
+  readPcd("x y z r g b", 1, "ascii\n1 2 3 200.4 17 0\n");
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xc81100});
 }
 
@@ -209,22 +155,19 @@ TEST_F(FileLayouts, ColoursOfAStreamHaveOneScale)
   UsualFields of_stream;
   const auto read_next = [&](const std::string& type, const std::string& values) {
     recording::test::writeText(folder_ / "a.pcd",
-                               pcd("x y z r g b",
-                                   type == "F" ? "4 4 4 4 4 4" : "4 4 4 2 2 2",
-                                   "F F F " + type + " " + type + " " + type,
-                                   "1 1 1 1 1 1",
+                               pcd("x y z r:" + type + " g:" + type + " b:" + type,
                                    1,
                                    "ascii\n1 2 3 " + values));
     return readCloud(folder_ / "a.pcd", cloud_, {}, &of_stream).size();
   };
-  read_next("F", "0 0 0\n"); // which tells nothing
-  EXPECT_EQ(read_next("F", "0.9 0.5 1.00001\n"), 1u);
+  read_next("F4", "0 0 0\n"); // which tells nothing
+  EXPECT_EQ(read_next("F4", "0.9 0.5 1.00001\n"), 1u);
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xe580ff});
-  EXPECT_EQ(read_next("F", "1 0.5 1.5\n"), 2u); // which is said
+  EXPECT_EQ(read_next("F4", "1 0.5 1.5\n"), 2u); // which is said
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0xff80ff});
   of_stream = UsualFields();
-  read_next("U", "65535 0 257\n");
-  read_next("U", "255 0 129\n"); // dark
+  read_next("U2", "65535 0 257\n");
+  read_next("U2", "255 0 129\n"); // dark
   EXPECT_EQ(colours("rgb", F::FLOAT32), Colours{0x010001});
 }
 
@@ -238,19 +181,7 @@ TEST_F(FileLayouts, OtherFieldsAreNoColours)
       {"x y z rgb r g b", "1 2 3 0 5 6 7"}}; // there is one
   for (const auto& [names, text] : points) {
     SCOPED_TRACE(text);
-    const auto count =
-        static_cast<std::size_t>(std::count(text, text + std::strlen(text), ' ')) + 1;
-    std::string sizes;
-    std::string types;
-    std::string counts;
-    for (std::size_t i = 0; i < count; ++i) {
-      sizes += "4 ";
-      types += "F ";
-      counts += "1 ";
-    }
-    EXPECT_EQ(read("a.pcd",
-                   pcd(names, sizes, types, counts, 1, std::string("ascii\n") + text)),
-              Remarks());
+    EXPECT_EQ(readPcd(names, 1, std::string("ascii\n") + text), Remarks());
     EXPECT_EQ(fieldNames(), names);
   }
 }
@@ -258,12 +189,7 @@ TEST_F(FileLayouts, OtherFieldsAreNoColours)
 TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
 {
   const auto file = [](const std::string& number) {
-    return pcd("x y z ring",
-               "4 4 4 1",
-               "F F F U",
-               "1 1 1 1",
-               1,
-               "ascii\n1 2 3 " + number + "\n");
+    return pcd("x y z ring:U1", 1, "ascii\n1 2 3 " + number + "\n");
   };
   for (const char* number : {"7.0", "7", "+7", "7.", ".7e1"}) {
     SCOPED_TRACE(number);
@@ -278,8 +204,7 @@ TEST_F(FileLayouts, WholeNumbersMayBeWrittenWithAPoint)
 TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
 {
   const auto file = [](const std::string& times) {
-    return pcd(
-        "x y z stamp", "4 4 4 8", "F F F U", "1 1 1 1", 2, "ascii\n1 2 3 " + times);
+    return pcd("x y z stamp:U8", 2, "ascii\n1 2 3 " + times);
   };
   EXPECT_EQ(read("a.pcd", file("1700000000000001\n4 5 6 9007199254740991\n")),
             Remarks{"its field stamp (uint64) is taken as float64, which has the same "
@@ -301,7 +226,7 @@ TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
     for (const float number : {1.0f, 2.0f, 3.0f})
       append(number, data);
   }
-  read("a.pcd", pcd("pair x y z", "8 4 4 4", "I F F F", "2 1 1 1", 2, data));
+  readPcd("pair:I8x2 x y z", 2, data);
   EXPECT_EQ(doubles("pair"), (Doubles{-5.0, -6.0}));
   double second = 0.0;
   std::memcpy(&second, &cloud_.data[cloud_.point_step + 8], sizeof(second));
@@ -311,9 +236,8 @@ TEST_F(FileLayouts, IntegersOf64BitsAreKeptAsNumbersThatFramesHave)
 TEST_F(FileLayouts, IntegersOf64BitsDependOnWhatBecomesOfThem)
 {
   const auto read_next = [this](const std::string& values, UsualFields& of_stream) {
-    recording::test::writeText(
-        folder_ / "a.pcd",
-        pcd("x y z t", "4 4 4 8", "F F F I", "1 1 1 1", 2, "ascii\n1 2 3 " + values));
+    recording::test::writeText(folder_ / "a.pcd",
+                               pcd("x y z t:I8", 2, "ascii\n1 2 3 " + values));
     return readCloud(folder_ / "a.pcd", cloud_, {}, &of_stream);
   };
   const auto read_as = [&](const std::string& values, const LongIntegers& integers) {
@@ -392,7 +316,7 @@ TEST_F(FileLayouts, CompressedPointsHaveTheGapsOrNot)
       columns += std::string(6, '\x55');
     for (const float number : {3.0f, 4.0f, 5.0f, 6.0f})
       append(number, columns);
-    read("a.pcd", pcd("x _ y z", "4 1 4 4", "F U F F", "1 3 1 1", 2, packed(columns)));
+    readPcd("x _:U1x3 y z", 2, packed(columns));
     EXPECT_EQ(floats("x"), (Floats{1.0f, 2.0f}));
     EXPECT_EQ(floats("y"), (Floats{3.0f, 4.0f}));
     EXPECT_EQ(floats("z"), (Floats{5.0f, 6.0f}));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <random>
 #include <string>
 #include <utility>
@@ -21,33 +22,30 @@ TEST_F(FileLayouts, ColoursOfPlyMayHaveOtherTypes)
       text += "property " + type + " " + name + "\n";
     return text;
   };
-  EXPECT_EQ(read("a.ply",
-                 ply("ascii",
-                     properties("uchar"),
-                     "1 2 3 255 128 0\n"
-                     "1 2 3 1 2 3\n")),
+  EXPECT_EQ(readPly("ascii",
+                    properties("uchar"),
+                    "1 2 3 255 128 0\n"
+                    "1 2 3 1 2 3\n"),
             Remarks());
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
   EXPECT_EQ(
-      read("a.ply",
-           ply("ascii",
-               properties("float"),
-               "1 2 3 1 .5 0\n"
-               "1 2 3 .2 .4 .6\n")),
+      readPly("ascii",
+              properties("float"),
+              "1 2 3 1 .5 0\n"
+              "1 2 3 .2 .4 .6\n"),
       Remarks{"its fields red, green, blue (float32) are taken as its colour, in 8 "
               "bits a channel, of 0 to 1"});
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x336699}));
   EXPECT_EQ(
-      read("a.ply",
-           ply("ascii",
-               properties("ushort"),
-               "1 2 3 65535 32768 0\n"
-               "1 2 3 257 514 771\n")),
+      readPly("ascii",
+              properties("ushort"),
+              "1 2 3 65535 32768 0\n"
+              "1 2 3 257 514 771\n"),
       Remarks{"its fields red, green, blue (uint16) are taken as its colour, in 8 "
               "bits a channel, of 0 to 65535"});
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
   // 8 bits in wider numbers.
-  read("a.ply", ply("ascii", properties("int"), "1 2 3 255 128 0\n1 2 3 1 2 3\n"));
+  readPly("ascii", properties("int"), "1 2 3 255 128 0\n1 2 3 1 2 3\n");
   EXPECT_EQ(colours("rgb", F::FLOAT32), (Colours{0xff8000, 0x010203}));
 }
 
@@ -59,10 +57,7 @@ TEST_F(FileLayouts, LinesMayEndWithCrAlone)
   };
   EXPECT_EQ(read("a.ply", withCr(ply("ascii", xyz, "1 2 3\n4 5 6\n"))), Remarks());
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
-  EXPECT_EQ(
-      read("a.pcd",
-           withCr(pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n1 2 3\n4 5 6\n"))),
-      Remarks());
+  EXPECT_EQ(read("a.pcd", withCr(pcd("x y z", 2, "ascii\n1 2 3\n4 5 6\n"))), Remarks());
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
   // The first byte of the numbers is that of LF, or of CR.
   for (const char first : {'\n', '\r'}) {
@@ -105,7 +100,7 @@ TEST_F(FileLayouts, ListsOfVerticesAreLeftOut)
                                             "1 2 1 2 2 3 0 7\n4 0 5 6 1 .5 8\n"},
         {"binary_little_endian", binary}}) {
     SCOPED_TRACE(format);
-    EXPECT_EQ(read("a.ply", ply(format, properties, points)), expected);
+    EXPECT_EQ(readPly(format, properties, points), expected);
     EXPECT_EQ(fieldNames(), "x y z ring");
     EXPECT_EQ(floats("x"), (Floats{1.0f, 4.0f}));
     EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
@@ -146,7 +141,7 @@ TEST_F(FileLayouts, CommasMayBeBetweenNumbers)
 {
   for (const char* points : {"1.5,2,3\n4,5,6\n", "1.5, 2, 3\n4 5 6\n"}) {
     SCOPED_TRACE(points);
-    read("a.ply", ply("ascii", xyz, points));
+    readPly("ascii", xyz, points);
     EXPECT_EQ(floats("x"), (Floats{1.5f, 4.0f}));
     EXPECT_EQ(floats("z"), (Floats{3.0f, 6.0f}));
   }
@@ -158,7 +153,7 @@ TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
 {
   const std::string properties = "property short x\nproperty short y\n"
                                  "property uchar z\nproperty bool is_edge\n";
-  EXPECT_EQ(read("a.ply", ply("ascii", properties, "-300 2 3 1\n4 5 255 0\n")),
+  EXPECT_EQ(readPly("ascii", properties, "-300 2 3 1\n4 5 255 0\n"),
             Remarks{"its coordinates x, y and z (int16, int16, uint8) are taken as "
                     "float32, metres"});
   EXPECT_EQ(floats("x"), (Floats{-300.0f, 4.0f}));
@@ -166,8 +161,7 @@ TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
   EXPECT_EQ(numbers<std::uint8_t>("is_edge", F::UINT8),
             (std::vector<std::uint8_t>{1, 0}));
   // Floats have not all numbers of 32 bits.
-  read("a.pcd",
-       pcd("x y z", "4 4 4", "I U I", "1 1 1", 1, "ascii\n-16777217 16777219 0\n"));
+  readPcd("x:I4 y:U4 z:I4", 1, "ascii\n-16777217 16777219 0\n");
   EXPECT_EQ(doubles("x"), Doubles{-16777217.0});
   EXPECT_EQ(doubles("y"), Doubles{16777219.0});
   // Whole numbers cannot tell a missing point of an image.
@@ -185,12 +179,17 @@ TEST_F(FileLayouts, CoordinatesMayBeWholeNumbers)
 TEST_F(FileLayouts, LinesBetweenPointsMayBeBlank)
 {
   const std::string points = "\n1 2 3\n \t\r\n\n4 5 6\n";
-  EXPECT_EQ(read("a.ply", ply("ascii", xyz, points)), Remarks());
+  EXPECT_EQ(readPly("ascii", xyz, points), Remarks());
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
-  EXPECT_EQ(
-      read("a.pcd", pcd("x y z", "4 4 4", "F F F", "1 1 1", 2, "ascii\n" + points)),
-      Remarks());
+  EXPECT_EQ(readPcd("x y z", 2, "ascii\n" + points), Remarks());
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
+  // Also amid numbers in all ways of writing them.
+  const std::string odd = "+1 -.5 2e-1\r\n\nnan -nan inf\n\t1.  0 -0\n\n \n";
+  readPcd("x y z", 3, "ascii\n" + odd);
+  EXPECT_EQ(floats("x")[2], 1.0f);
+  EXPECT_EQ(floats("y")[0], -0.5f);
+  EXPECT_EQ(floats("z")[0], 0.2f);
+  EXPECT_EQ(floats("z")[1], std::numeric_limits<float>::infinity());
 }
 
 } // namespace pcl_ext::clouds::test

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-#include "recording/bag_reader.h"
+#include "recording/bag_test.h"
 #include "recording/mcap_writer.h"
 #include "support/database_bags.h"
 
@@ -50,9 +50,10 @@ countTexts(BagReader& reader)
 
 } // namespace
 
-TEST(CompressedBags, OfFilesAreRead)
+using CompressedBags = BagTest;
+
+TEST_F(CompressedBags, OfFilesAreRead)
 {
-  const TestFolder folder;
   fs::create_directories(folder / "bag");
   for (std::size_t part = 0; part < 3; ++part) {
     const std::string path = (folder / "bag/bag_") + std::to_string(part) + ".mcap";
@@ -63,7 +64,6 @@ TEST(CompressedBags, OfFilesAreRead)
   }
   EXPECT_TRUE(BagReader::isBag(folder / "bag"));
   EXPECT_TRUE(BagReader::isBag(folder / "bag/bag_0.mcap.zstd"));
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag").ok());
   EXPECT_TRUE(reader.isCompressed());
   EXPECT_EQ(countTexts(reader), 30u);
@@ -77,15 +77,13 @@ TEST(CompressedBags, OfFilesAreRead)
   EXPECT_TRUE(hasPart(reader.damage()[0].message, "'bag_3.mcap', which is not there"));
 }
 
-TEST(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
+TEST_F(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
 {
-  const TestFolder folder;
   writeTexts(folder / "x.mcap", 0, 40, false);
   const Bytes whole = compressed(bytesOf(folder / "x.mcap"));
   for (std::size_t size = 0; size < whole.size(); size += 13) {
     writeBytes(folder / "y.mcap.zstd",
                Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
-    BagReader reader;
     if (reader.open(folder / "y.mcap.zstd").ok()) {
       EXPECT_FALSE(reader.damage().empty());
       EXPECT_LE(countTexts(reader), 40u);
@@ -93,9 +91,8 @@ TEST(CompressedBags, ThatAreCutOffAreReadAsFarAsTheyGo)
   }
 }
 
-TEST(CompressedBags, OfDatabasesAreRead)
+TEST_F(CompressedBags, OfDatabasesAreRead)
 {
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(1, "/x", "std_msgs/msg/String", "");
@@ -104,25 +101,21 @@ TEST(CompressedBags, OfDatabasesAreRead)
   }
   writeBytes(folder / "x.db3.zstd", compressed(bytesOf(folder / "x.db3")));
   EXPECT_TRUE(BagReader::isBag(folder / "x.db3.zstd"));
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3.zstd").ok());
   EXPECT_TRUE(reader.hasDatabases());
   EXPECT_EQ(countTexts(reader), 20u);
 }
 
-TEST(CompressedBags, OfMessagesAreRead)
+TEST_F(CompressedBags, OfMessagesAreRead)
 {
-  const TestFolder folder;
   writeTexts(folder / "x.mcap", 0, 20, true);
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.mcap").ok());
   EXPECT_EQ(countTexts(reader), 20u);
   EXPECT_TRUE(reader.damage().empty());
 }
 
-TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
+TEST_F(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
 {
-  const TestFolder folder;
   Bytes cut = compressed(bytesOfText(3));
   cut.pop_back();
   const Bytes bomb = compressed(Bytes(max_chunk_bytes + 1));
@@ -134,7 +127,6 @@ TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
     bag.addMessage(1, 1, cut);
     bag.addMessage(1, 2, bomb);
   }
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   EXPECT_EQ(countTexts(reader), 1u);
   ASSERT_EQ(reader.damage().size(), 2u);
@@ -142,14 +134,12 @@ TEST(CompressedBags, MessagesThatAreNotWholeOrHaveTooManyBytesAreDamage)
       hasPart(reader.damage()[1].message, "larger than the limit of 268435456 bytes"));
 }
 
-TEST(CompressedBags, FilesThatHaveFarMoreBytesThanTheyHadAreRefused)
+TEST_F(CompressedBags, FilesThatHaveFarMoreBytesThanTheyHadAreRefused)
 {
-  const TestFolder folder;
   // The header of a frame of zstd whose content has 2 GiB.
   Bytes bomb = {0x28, 0xb5, 0x2f, 0xfd, 0xa0, 0, 0, 0, 0x80};
   bomb.resize(1000);
   writeBytes(folder / "x.mcap.zstd", bomb);
-  BagReader reader;
   const RecordingStatus status = reader.open(folder / "x.mcap.zstd");
   EXPECT_EQ(status.code(), RecordingCode::InputFailed);
   EXPECT_TRUE(hasPart(status.message(), "zstd -d")) << status;

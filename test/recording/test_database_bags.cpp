@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-#include "recording/bag_reader.h"
+#include "recording/bag_test.h"
 #include "recording/point_cloud_messages.h"
 #include "support/database_bags.h"
 
@@ -54,15 +54,6 @@ readNumbers(BagReader& reader)
   return numbers;
 }
 
-std::vector<std::size_t>
-numbersBelow(std::size_t end)
-{
-  std::vector<std::size_t> numbers(end);
-  for (std::size_t i = 0; i < end; ++i)
-    numbers[i] = i;
-  return numbers;
-}
-
 std::map<std::string, Bytes>
 filesIn(const fs::path& folder)
 {
@@ -74,9 +65,10 @@ filesIn(const fs::path& folder)
 
 } // namespace
 
-TEST(DatabaseBags, HaveTopicsAndMessages)
+using DatabaseBags = BagTest;
+
+TEST_F(DatabaseBags, HaveTopicsAndMessages)
 {
-  const TestFolder folder;
   fs::create_directories(folder / "bag");
   {
     DatabaseBag bag(folder / "bag/x.db3");
@@ -84,7 +76,6 @@ TEST(DatabaseBags, HaveTopicsAndMessages)
   }
   const auto files = filesIn(folder / "bag");
   EXPECT_TRUE(BagReader::isBag(folder / "bag/x.db3"));
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "bag/x.db3").ok());
   EXPECT_TRUE(reader.hasDatabases());
   EXPECT_FALSE(reader.isUnfinished());
@@ -99,7 +90,7 @@ TEST(DatabaseBags, HaveTopicsAndMessages)
   EXPECT_TRUE(isPointCloud(points));
   EXPECT_EQ(points.schema.text, pointCloudChannel("").schema.text);
   EXPECT_EQ(points.metadata.at("offered_qos_profiles"), qos);
-  EXPECT_EQ(readNumbers(reader), numbersBelow(100));
+  EXPECT_EQ(readNumbers(reader), numbersFrom(0, 100));
   EXPECT_TRUE(reader.damage().empty());
   EXPECT_EQ(filesIn(folder / "bag"), files);
 
@@ -107,9 +98,8 @@ TEST(DatabaseBags, HaveTopicsAndMessages)
   EXPECT_EQ(readNumbers(reader).size(), 50u);
 }
 
-TEST(DatabaseBags, HaveDefinitionsSinceIron)
+TEST_F(DatabaseBags, HaveDefinitionsSinceIron)
 {
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     bag.execute("ALTER TABLE topics ADD COLUMN type_description_hash TEXT");
@@ -121,64 +111,58 @@ TEST(DatabaseBags, HaveDefinitionsSinceIron)
         "TEXT); INSERT INTO message_definitions VALUES(1, 'sensor_msgs/msg/Imu', "
         "'ros2msg', 'float64 x', '')");
   }
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   EXPECT_EQ(reader.channels()[0].schema.encoding, "ros2msg");
   EXPECT_EQ(reader.channels()[0].schema.text, "float64 x");
   EXPECT_EQ(reader.channels()[0].metadata.at("topic_type_hash"), "RIHS01_2");
 }
 
-TEST(DatabaseBags, MayHaveTheFramesOfARecording)
+TEST_F(DatabaseBags, MayHaveTheFramesOfARecording)
 {
-  const TestFolder folder;
   const KnownStream stream = knownStream(0, 12, 5);
   {
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(
         1, stream.name, "point_cloud_interfaces/msg/CompressedPointCloud2", qos);
-    PointCloudMessage message;
+    PointCloudMessage cloud;
     Bytes bytes;
     for (const KnownFrame& frame : stream.frames) {
-      message.stamp = frame.time;
-      message.bytes = frame.bytes;
-      writePointCloud(message, true, bytes);
+      cloud.stamp = frame.time;
+      cloud.bytes = frame.bytes;
+      writePointCloud(cloud, true, bytes);
       bag.addMessage(1, frame.time.count(), bytes);
     }
   }
-  RecordingReader reader;
-  ASSERT_TRUE(reader.open(folder / "x.db3").ok());
-  ASSERT_EQ(reader.streams().size(), 1u);
-  EXPECT_EQ(reader.streams()[0].name, stream.name);
-  EXPECT_EQ(reader.streams()[0].frames, 12u);
+  RecordingReader recording;
+  ASSERT_TRUE(recording.open(folder / "x.db3").ok());
+  ASSERT_EQ(recording.streams().size(), 1u);
+  EXPECT_EQ(recording.streams()[0].name, stream.name);
+  EXPECT_EQ(recording.streams()[0].frames, 12u);
   RecordedFrame frame;
   for (const KnownFrame& known : stream.frames) {
-    ASSERT_TRUE(reader.next(frame).ok());
+    ASSERT_TRUE(recording.next(frame).ok());
     EXPECT_EQ(frame.time, known.time);
     EXPECT_EQ(frame.stamp, known.time);
     EXPECT_EQ(frame.bytes, known.bytes);
   }
 }
 
-TEST(DatabaseBags, MayHaveMessagesLargerThanCompressedOnesMayBe)
+TEST_F(DatabaseBags, MayHaveMessagesLargerThanCompressedOnesMayBe)
 {
   constexpr std::size_t size = max_chunk_bytes + 1;
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(1, "/x", "std_msgs/msg/String", "");
     bag.addMessage(1, 0, Bytes(size));
   }
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
-  McapMessage message;
   const RecordingStatus status = reader.read(reader.index().at(0), message);
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_EQ(message.bytes.size(), size);
 }
 
-TEST(DatabaseBags, OfSeveralFilesAreOne)
+TEST_F(DatabaseBags, OfSeveralFilesAreOne)
 {
-  const TestFolder folder;
   for (const std::string name : {"bag", "renamed", "rosbag2_2024_05_01-10_00_00"}) {
     const std::string path = folder / (name == "renamed" ? name : "a" + name);
     const std::string stem = path + '/' + (name == "bag" ? "x" : "rosbag2_2024");
@@ -190,16 +174,14 @@ TEST(DatabaseBags, OfSeveralFilesAreOne)
     if (name == "bag")
       writeBytes(path + "/metadata.yaml", {});
     EXPECT_TRUE(BagReader::isBag(path));
-    BagReader reader;
     ASSERT_TRUE(reader.open(path).ok());
     EXPECT_EQ(reader.channels().size(), 2u);
-    EXPECT_EQ(readNumbers(reader), numbersBelow(120));
+    EXPECT_EQ(readNumbers(reader), numbersFrom(0, 120));
   }
 }
 
-TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
+TEST_F(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
 {
-  const TestFolder folder;
   fs::create_directories(folder / "left");
   {
     DatabaseBag bag(folder / "x.db3", true);
@@ -211,10 +193,9 @@ TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
   }
   const auto files = filesIn(folder / "left");
   ASSERT_EQ(files.size(), 2u);
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "left/x.db3").ok());
   EXPECT_TRUE(reader.isUnfinished());
-  EXPECT_EQ(readNumbers(reader), numbersBelow(60));
+  EXPECT_EQ(readNumbers(reader), numbersFrom(0, 60));
   reader = BagReader();
   EXPECT_EQ(filesIn(folder / "left"), files);
   // A journal of a write that was not completed is no reason to refuse the rest.
@@ -222,13 +203,12 @@ TEST(DatabaseBags, AreReadWithTheLogThatARecorderLeft)
   fs::copy_file(folder / "x.db3", folder / "left/y.db3");
   writeBytes(folder / "left/y.db3-journal", Bytes(600, 1));
   ASSERT_TRUE(reader.open(folder / "left/y.db3").ok());
-  EXPECT_EQ(readNumbers(reader), numbersBelow(60));
+  EXPECT_EQ(readNumbers(reader), numbersFrom(0, 60));
   EXPECT_EQ(reader.damage().size(), 1u);
 }
 
-TEST(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
+TEST_F(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
 {
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     fill(bag, 0, 300);
@@ -239,7 +219,6 @@ TEST(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
        size -= std::min<std::size_t>(size, 7777)) {
     writeBytes(folder / "cut.db3",
                Bytes(all.begin(), all.begin() + static_cast<long>(size)));
-    BagReader reader;
     if (!reader.open(folder / "cut.db3").ok())
       continue;
     const std::vector<std::size_t> numbers = readNumbers(reader);
@@ -251,9 +230,8 @@ TEST(DatabaseBags, ThatAreCutOffAreReadAsFarAsTheyGo)
   EXPECT_GT(most, 150u);
 }
 
-TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
+TEST_F(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
 {
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     bag.addTopic(7, "/points", cloud_type, qos);
@@ -263,7 +241,6 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
           i % 2 == 0 ? 7 : 3, static_cast<std::int64_t>(i), bytesOfMessage(i));
   }
   const Bytes all = bytesOf(folder / "x.db3");
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   const std::size_t count = readNumbers(reader).size();
   ASSERT_EQ(count, 640u);
@@ -281,9 +258,8 @@ TEST(DatabaseBags, OfWhichAPageIsLostAreReadBeforeAndAfterIt)
   EXPECT_GT(skipped, 60u); // those with messages
 }
 
-TEST(DatabaseBags, ThatAreNoneAreRefused)
+TEST_F(DatabaseBags, ThatAreNoneAreRefused)
 {
-  const TestFolder folder;
   const std::pair<const char*, const char*> changes[] = {
       {"none", "DROP TABLE messages"},
       {"view",
@@ -302,16 +278,14 @@ TEST(DatabaseBags, ThatAreNoneAreRefused)
       bag.execute(change);
       bag.execute("BEGIN");
     }
-    BagReader reader;
     const RecordingStatus status = reader.open(path);
     EXPECT_EQ(status.code(), RecordingCode::NotARecording) << name;
     EXPECT_TRUE(hasPart(status.message(), "no bag of rosbag2")) << status;
   }
 }
 
-TEST(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
+TEST_F(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
 {
-  const TestFolder folder;
   {
     DatabaseBag bag(folder / "x.db3");
     fill(bag, 0, 4);
@@ -319,14 +293,12 @@ TEST(DatabaseBags, MayHaveNumbersInPlaceOfBytes)
     bag.execute("UPDATE messages SET topic_id = 99 WHERE id = 3");
     bag.execute("UPDATE messages SET timestamp = -5 WHERE id = 4");
   }
-  BagReader reader;
   ASSERT_TRUE(reader.open(folder / "x.db3").ok());
   ASSERT_EQ(reader.damage().size(), 1u);
   EXPECT_TRUE(hasPart(reader.damage()[0].message, "1 messages are of no topic"));
   ASSERT_EQ(reader.index().size(), 3u);
   std::size_t read = 0;
   for (const BagEntry& entry : reader.index()) {
-    McapMessage message;
     read += reader.read(entry, message).ok() ? 1 : 0;
     EXPECT_GE(message.log_time, Time(0));
   }

@@ -1,6 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
-#include "recording/bag_reader.h"
+#include "recording/bag_test.h"
 #include "recording/mcap/chunk_compression.h"
 #include "recording/mcap/records.h"
 #include "recording/point_cloud_messages.h"
@@ -8,8 +8,6 @@
 #include "support/test_memory.h"
 
 #include <gtest/gtest.h>
-
-#include <zstd.h>
 
 #include <limits>
 
@@ -46,26 +44,24 @@ appendEnd(const Bytes& summary, Bytes& file)
 
 } // namespace
 
-TEST(HostileFiles, ManyChannelsOfALargeSchemaAreBounded)
+using HostileFiles = BagTest;
+
+TEST_F(HostileFiles, ManyChannelsOfALargeSchemaAreBounded)
 {
-  const TestFolder folder;
   const McapSchema schema{"type", "ros2msg", std::string(std::size_t{1} << 20, 'x')};
   Bytes file = beginning();
   mcap::append(mcap::Schema{1, schema}, file);
   constexpr std::uint16_t channels = 200;
   for (std::uint16_t id = 0; id < channels; ++id)
     mcap::append(mcap::Channel{id, 1, channelWithSchema(std::to_string(id), "")}, file);
-  writeBytes(folder / "a.mcap", file);
-  BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_TRUE(open("a.mcap", file).ok());
   EXPECT_GT(reader.channels().size(), 100u);
   EXPECT_LT(reader.channels().size(), 130u);
   EXPECT_EQ(reader.damage().size(), 1u);
 }
 
-TEST(HostileFiles, AMessageIndexBelongsToOneChunk)
+TEST_F(HostileFiles, AMessageIndexBelongsToOneChunk)
 {
-  const TestFolder folder;
   Bytes file = beginning();
   const McapChannel channel = compressedPointCloudChannel("/a");
   Bytes summary;
@@ -90,16 +86,13 @@ TEST(HostileFiles, AMessageIndexBelongsToOneChunk)
   statistics.chunks = chunks;
   mcap::append(statistics, summary);
   appendEnd(summary, file);
-  writeBytes(folder / "a.mcap", file);
-  BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_TRUE(open("a.mcap", file).ok());
   EXPECT_LE(reader.index().size(), 100u);
   EXPECT_FALSE(reader.damage().empty());
 }
 
-TEST(HostileFiles, AMetadataRecordIsReadOnce)
+TEST_F(HostileFiles, AMetadataRecordIsReadOnce)
 {
-  const TestFolder folder;
   Bytes file = beginning();
   const std::uint64_t offset = file.size();
   mcap::append(McapMetadata{"name", {{"key", "value"}}}, file);
@@ -111,21 +104,18 @@ TEST(HostileFiles, AMetadataRecordIsReadOnce)
   statistics.metadata = 50;
   mcap::append(statistics, summary);
   appendEnd(summary, file);
-  writeBytes(folder / "a.mcap", file);
-  BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  ASSERT_TRUE(open("a.mcap", file).ok());
   std::vector<McapMetadata> metadata;
   EXPECT_TRUE(reader.readMetadata(metadata).ok());
   ASSERT_EQ(metadata.size(), 1u);
   EXPECT_EQ(metadata[0].values.at("key"), "value");
 }
 
-TEST(HostileFiles, SmallChunksTakeLittleMemory)
+TEST_F(HostileFiles, SmallChunksTakeLittleMemory)
 {
   const Bytes bytes(31, 7);
-  Bytes compressed(ZSTD_compressBound(bytes.size()));
-  compressed.resize(ZSTD_compress(
-      compressed.data(), compressed.size(), bytes.data(), bytes.size(), 1));
+  Bytes compressed;
+  ASSERT_TRUE(mcap::compress(bytes, compressed));
   Bytes records;
   EXPECT_EQ(mcap::decompress("zstd", compressed.data(), compressed.size(), 31, records),
             "");
@@ -136,7 +126,7 @@ TEST(HostileFiles, SmallChunksTakeLittleMemory)
   EXPECT_EQ(records.size(), 30u);
 }
 
-TEST(HostileFiles, CompressedEmptyMessagesTakeMemoryByTheSizeOfTheFile)
+TEST_F(HostileFiles, CompressedEmptyMessagesTakeMemoryByTheSizeOfTheFile)
 {
   Bytes file = beginning();
   const McapChannel channel = compressedPointCloudChannel("/a");
@@ -148,43 +138,40 @@ TEST(HostileFiles, CompressedEmptyMessagesTakeMemoryByTheSizeOfTheFile)
   mcap::Chunk chunk;
   chunk.uncompressed_size = records.size();
   chunk.compression = "zstd";
-  Bytes compressed(ZSTD_compressBound(records.size()));
-  compressed.resize(ZSTD_compress(
-      compressed.data(), compressed.size(), records.data(), records.size(), 1));
+  Bytes compressed;
+  ASSERT_TRUE(mcap::compress(records, compressed));
   chunk.records_size = compressed.size();
   for (int i = 0; i < 6; ++i) {
     mcap::appendChunkFields(chunk, file);
     file.insert(file.end(), compressed.begin(), compressed.end());
   }
-  const TestFolder folder;
   writeBytes(folder / "a.mcap", file);
   const pcl_ext::test::MemoryUse memory;
-  RecordingReader reader;
-  ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
+  RecordingReader recording;
+  ASSERT_TRUE(recording.open(folder / "a.mcap").ok());
   EXPECT_LE(memory.peak(), 16 * file.size() + (std::size_t{1} << 27));
-  EXPECT_GT(reader.streams()[0].frames, 1'000'000u);
-  ASSERT_EQ(reader.damage().size(), 1u);
-  EXPECT_TRUE(hasPart(reader.damage()[0].message, "more messages"));
+  EXPECT_GT(recording.streams()[0].frames, 1'000'000u);
+  ASSERT_EQ(recording.damage().size(), 1u);
+  EXPECT_TRUE(hasPart(recording.damage()[0].message, "more messages"));
 }
 
-TEST(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
+TEST_F(HostileFiles, AMessageOfVeryManyFieldsIsRefused)
 {
-  PointCloudMessage message;
-  message.fields.resize(5000);
+  PointCloudMessage cloud;
+  cloud.fields.resize(5000);
   Bytes bytes;
-  writePointCloud(message, false, bytes);
+  writePointCloud(cloud, false, bytes);
   PointCloudMessage read;
   EXPECT_EQ(readPointCloud(bytes.data(), bytes.size(), false, read).code(),
             RecordingCode::Damaged);
-  message.fields.resize(4096);
-  writePointCloud(message, false, bytes);
+  cloud.fields.resize(4096);
+  writePointCloud(cloud, false, bytes);
   EXPECT_TRUE(readPointCloud(bytes.data(), bytes.size(), false, read).ok());
   EXPECT_EQ(read.fields.size(), 4096u);
 }
 
-TEST(HostileFiles, ForgedBeginningsOfFramesAreOneDamage)
+TEST_F(HostileFiles, ForgedBeginningsOfFramesAreOneDamage)
 {
-  const TestFolder folder;
   const KnownStream stream = knownStream(0, 2, 1);
   Bytes file = stream.frames[0].bytes;
   for (int i = 0; i < 100'000; ++i)
@@ -198,9 +185,8 @@ TEST(HostileFiles, ForgedBeginningsOfFramesAreOneDamage)
   EXPECT_LE(read.damages, 4u);
 }
 
-TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
+TEST_F(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
 {
-  const TestFolder folder;
   PointCloudMessage cloud;
   cloud.format = "draco";
   std::vector<McapMessage> messages(4);
@@ -209,8 +195,8 @@ TEST(HostileFiles, TheFormatOfAChannelIsThatOfItsFirstMessageThatCanBeRead)
   messages[3].log_time = Time(1);
   writePointCloud(cloud, true, messages[3].bytes);
   writeMcap(folder / "a.mcap", {compressedPointCloudChannel("/a")}, messages);
-  RecordingReader reader;
-  const RecordingStatus status = reader.open(folder / "a.mcap");
+  RecordingReader recording;
+  const RecordingStatus status = recording.open(folder / "a.mcap");
   EXPECT_EQ(status.code(), RecordingCode::NotARecording);
   EXPECT_TRUE(hasPart(status.message(), "draco"));
 }

@@ -66,16 +66,13 @@ settingsWithPoints()
 TEST(RecordedPoints, MessagesOfOrganisedCloudsHaveTheirRowsAndColumns)
 {
   const TestFolder folder;
-  RecordingWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap").ok());
-  std::size_t stream = 0;
-  ASSERT_TRUE(writer.addStream({"camera", "", {}}, stream).ok());
+  KnownStream camera{"camera", {}};
   io::CloudEncoder encoder(settingsWithPoints(), IntensityUnit::None);
   io::FrameDecoder decoder;
   std::vector<std::pair<std::size_t, std::size_t>> sizes;
   for (int i = 0; i < 4; ++i) {
     const io::test::Bytes bytes = encodedWall(encoder, i < 2);
-    ASSERT_TRUE(writer.append(stream, Time(i), bytes.data(), bytes.size()).ok());
+    camera.frames.push_back({{}, bytes, Time(i)});
     io::VoxelFrame decoded;
     ASSERT_TRUE(decoder.decode(bytes.data(), bytes.size(), decoded).ok());
     sizes.emplace_back(decoded.cloudWidth(), decoded.cloudHeight());
@@ -85,7 +82,7 @@ TEST(RecordedPoints, MessagesOfOrganisedCloudsHaveTheirRowsAndColumns)
   }
   EXPECT_EQ(sizes[1], std::make_pair(std::size_t{48}, std::size_t{32}));
   EXPECT_EQ(sizes[3].second, 1u);
-  ASSERT_TRUE(writer.finish().ok());
+  record({camera}, folder / "a.mcap");
   BagReader mcap;
   ASSERT_TRUE(mcap.open(folder / "a.mcap").ok());
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -103,16 +100,11 @@ TEST(RecordedPoints, MessagesOfOrganisedCloudsHaveTheirRowsAndColumns)
 TEST(RecordedPoints, PointsAreDecodedWithVoxelsOrWithoutWhateverTheOrder)
 {
   const TestFolder folder;
-  RecordingWriter writer;
-  ASSERT_TRUE(writer.open(folder / "a.mcap").ok());
-  std::size_t stream = 0;
-  ASSERT_TRUE(writer.addStream({"camera", "", {}}, stream).ok());
+  KnownStream camera{"camera", {}};
   io::CloudEncoder encoder(settingsWithPoints(), IntensityUnit::None);
-  for (int i = 0; i < 6; ++i) {
-    const io::test::Bytes bytes = encodedWall(encoder, true);
-    ASSERT_TRUE(writer.append(stream, Time(i), bytes.data(), bytes.size()).ok());
-  }
-  ASSERT_TRUE(writer.finish().ok());
+  for (int i = 0; i < 6; ++i)
+    camera.frames.push_back({{}, encodedWall(encoder, true), Time(i)});
+  record({camera}, folder / "a.mcap");
   RecordingReader reader;
   ASSERT_TRUE(reader.open(folder / "a.mcap").ok());
   RecordedStreamDecoder decoder(reader, 0);

@@ -54,42 +54,24 @@ protected:
 
 } // namespace
 
-TEST_F(Recordings, McapFileHasAllFramesOfAllStreams)
+TEST_F(Recordings, OfAllKindsHaveAllFramesOfAllStreams)
 {
   const std::vector<KnownStream> streams = threeStreams();
   record(streams, folder / "cell.mcap");
-  expectAllFrames(folder / "cell.mcap", streams);
-}
-
-TEST_F(Recordings, Rosbag2FolderHasAllFramesOfAllStreams)
-{
-  const std::vector<KnownStream> streams = threeStreams();
   record(streams, folder / "cell");
-  expectAllFrames(folder / "cell", streams);
-  EXPECT_TRUE(std::filesystem::exists(folder / "cell/metadata.yaml"));
   EXPECT_TRUE(hasPart(textOf(folder / "cell/metadata.yaml"),
                       "nanoseconds_since_epoch: 1000000000000\n"));
   EXPECT_TRUE(std::filesystem::exists(folder / "cell/cell_0.mcap"));
   EXPECT_FALSE(std::filesystem::exists(folder / "cell.unfinished"));
-}
-
-TEST_F(Recordings, FileOfFramesIsTheFramesOneAfterTheOther)
-{
-  const std::vector<KnownStream> streams = {knownStream(0, 25, 10)};
-  record(streams, folder / "sensor.pcxi");
-  EXPECT_EQ(bytesOf(folder / "sensor.pcxi"), framesOf(streams[0], 0, 25));
-  expectAllFrames(folder / "sensor.pcxi", streams);
-}
-
-TEST_F(Recordings, KindOfFileIsFoundByItsContent)
-{
-  const std::vector<KnownStream> streams = {knownStream(0, 3, 10)};
-  record(streams, folder / "a.mcap");
-  record(streams, folder / "b.pcxi");
-  std::filesystem::rename(folder / "a.mcap", folder / "a.bin");
-  std::filesystem::rename(folder / "b.pcxi", folder / "b.mcap");
-  expectAllFrames(folder / "a.bin", streams);
-  expectAllFrames(folder / "b.mcap", streams);
+  record({streams[0]}, folder / "sensor.pcxi");
+  EXPECT_EQ(bytesOf(folder / "sensor.pcxi"), framesOf(streams[0], 0, 40));
+  // The kind is found by the content.
+  std::filesystem::copy(folder / "cell.mcap", folder / "cell.bin");
+  std::filesystem::copy(folder / "sensor.pcxi", folder / "sensor.mcap");
+  for (const std::string name : {"cell.mcap", "cell", "cell.bin"})
+    expectAllFrames(folder / name, streams);
+  for (const std::string name : {"sensor.pcxi", "sensor.mcap"})
+    expectAllFrames(folder / name, {streams[0]});
 }
 
 TEST_F(Recordings, StreamsOfOneTopicHaveNamesOfTheirOwn)
@@ -109,9 +91,10 @@ TEST_F(Recordings, StreamsOfOneTopicHaveNamesOfTheirOwn)
   EXPECT_EQ(reader.streams()[1].name, "/a#2");
 }
 
-TEST_F(Recordings, FramesComeInTheOrderOfTheirTimes)
+TEST_F(Recordings, FramesComeInTheOrderOfTheirTimesAlsoAfterASeek)
 {
-  open(threeStreams());
+  const std::vector<KnownStream> streams = threeStreams();
+  open(streams);
   Time last{0};
   std::size_t count = 0;
   for (; reader.next(frame).ok(); ++count) {
@@ -119,12 +102,7 @@ TEST_F(Recordings, FramesComeInTheOrderOfTheirTimes)
     last = frame.time;
   }
   EXPECT_EQ(count, 83u);
-}
-
-TEST_F(Recordings, SeekContinuesWithTheFirstFrameOfATimeOrLater)
-{
-  const std::vector<KnownStream> streams = threeStreams();
-  open(streams);
+  // It goes on with the first frame of a time or later.
   reader.seek(streams[1].frames[5].time);
   ASSERT_TRUE(reader.next(frame).ok());
   EXPECT_EQ(frame.stream, 1u);
@@ -341,19 +319,12 @@ TEST_F(Recordings, MessagesDescribeTheDecodedCloud)
 
 TEST_F(Recordings, FramesOfThePublishedLayoutAreRecorded)
 {
+  KnownStream room = knownStream(0, 12, 10);
+  io::FrameEncoder encoder(io::StreamFormat::Published, 5);
+  for (KnownFrame& known : room.frames)
+    ASSERT_TRUE(encoder.encode(known.voxels, std::nullopt, known.bytes).ok());
   for (const char* name : {"published.pcxi", "published.mcap"}) {
-    io::FrameEncoder encoder(io::StreamFormat::Published, 5);
-    const KnownStream room = knownStream(0, 12, 10);
-    RecordingWriter writer;
-    std::size_t stream = 0;
-    ASSERT_TRUE(writer.open(folder / name).ok());
-    ASSERT_TRUE(writer.addStream({"/a", "", {}}, stream).ok());
-    Bytes bytes;
-    for (const KnownFrame& known : room.frames) {
-      ASSERT_TRUE(encoder.encode(known.voxels, std::nullopt, bytes).ok());
-      ASSERT_TRUE(writer.append(stream, known.time, bytes.data(), bytes.size()).ok());
-    }
-    ASSERT_TRUE(writer.finish().ok());
+    record({room}, folder / name);
     ASSERT_TRUE(reader.open(folder / name).ok());
     ASSERT_EQ(reader.streams().front().frames, room.frames.size());
     RecordedStreamDecoder decoder(reader, 0);

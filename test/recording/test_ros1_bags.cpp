@@ -1,7 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 #include "recording/bag_contents.h"
-#include "recording/bag_reader.h"
+#include "recording/bag_test.h"
 #include "support/recorded_streams.h"
 #include "support/ros1_bags.h"
 
@@ -67,15 +67,6 @@ readNumbers(BagReader& reader)
   return numbers;
 }
 
-std::vector<std::size_t>
-numbersBelow(std::size_t end)
-{
-  std::vector<std::size_t> numbers;
-  for (std::size_t i = 0; i < end; ++i)
-    numbers.push_back(i);
-  return numbers;
-}
-
 std::vector<const char*>
 compressions()
 {
@@ -86,11 +77,13 @@ compressions()
 #endif
 }
 
-RecordingStatus
-open(BagReader& reader, const TestFolder& folder, const Bytes& bytes)
+/** \brief The numbers of all messages but those of the second chunk. */
+std::vector<std::size_t>
+numbersOfOtherChunks()
 {
-  writeBytes(folder / "x.bag", bytes);
-  return reader.open(folder / "x.bag");
+  std::vector<std::size_t> others = numbersFrom(0, chunks * chunk_messages);
+  others.erase(others.begin() + chunk_messages, others.begin() + 2 * chunk_messages);
+  return others;
 }
 
 Bytes
@@ -101,17 +94,17 @@ firstBytes(const Bytes& bytes, std::size_t size)
 
 } // namespace
 
-TEST(Ros1Bags, HaveTheMessagesOfAllConnections)
+using Ros1Bags = BagTest;
+
+TEST_F(Ros1Bags, HaveTheMessagesOfAllConnections)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions()) {
     SCOPED_TRACE(compression);
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, bagOfChunks(compression).bytes()).ok());
+    ASSERT_TRUE(open("x.bag", bagOfChunks(compression).bytes()).ok());
     EXPECT_TRUE(BagReader::isBag(folder / "x.bag"));
     EXPECT_EQ(reader.profile(), "ros1");
     EXPECT_FALSE(reader.isUnfinished());
-    EXPECT_EQ(readNumbers(reader), numbersBelow(chunks * chunk_messages));
+    EXPECT_EQ(readNumbers(reader), numbersFrom(0, chunks * chunk_messages));
     EXPECT_TRUE(reader.damage().empty());
     ASSERT_EQ(reader.channels().size(), 3u);
     const McapChannel& channel = reader.channels()[1];
@@ -123,21 +116,21 @@ TEST(Ros1Bags, HaveTheMessagesOfAllConnections)
     EXPECT_EQ(channel.metadata.at("callerid"), "/other");
     EXPECT_EQ(channel.metadata.at("md5sum"), "0123456789abcdef0123456789abcdef");
   }
-}
-
-TEST(Ros1Bags, MayBeEmpty)
-{
-  const TestFolder folder;
-  BagReader reader;
-  ASSERT_TRUE(open(reader, folder, Ros1Bag().bytes()).ok());
+  const auto wants = [](const McapChannel& channel) {
+    return channel.topic == "/note";
+  };
+  ASSERT_TRUE(reader.open(folder / "x.bag", wants).ok());
+  EXPECT_EQ(reader.channels().size(), 3u);
+  EXPECT_EQ(reader.index().size(), chunks * chunk_messages / 3);
+  // It may be empty.
+  ASSERT_TRUE(open("x.bag", Ros1Bag().bytes()).ok());
   EXPECT_TRUE(reader.channels().empty());
   EXPECT_TRUE(reader.damage().empty());
   EXPECT_FALSE(reader.isUnfinished());
 }
 
-TEST(Ros1Bags, ConnectionsThatAgreeAreOneChannel)
+TEST_F(Ros1Bags, ConnectionsThatAgreeAreOneChannel)
 {
-  const TestFolder folder;
   Ros1Bag bag;
   for (std::uint32_t connection : {3u, 70'000u, 5u})
     bag.addConnection(connection, "/points", "x/Y", "int8 a");
@@ -146,95 +139,71 @@ TEST(Ros1Bags, ConnectionsThatAgreeAreOneChannel)
   for (std::uint32_t connection : {3u, 70'000u, 9u, 5u})
     bag.addMessage(connection, epoch + i++, {});
   bag.endChunk();
-  BagReader reader;
-  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
   ASSERT_EQ(reader.channels().size(), 2u);
   ASSERT_EQ(reader.index().size(), 4u);
   for (std::size_t entry = 0; entry < 4; ++entry)
     EXPECT_EQ(reader.index()[entry].channel, entry == 2 ? 1u : 0u);
 }
 
-TEST(Ros1Bags, OnlyWantedChannelsAreIndexed)
+TEST_F(Ros1Bags, ThatAreCutOffHaveAllWholeMessages)
 {
-  const TestFolder folder;
-  writeBytes(folder / "x.bag", bagOfChunks("none").bytes());
-  BagReader reader;
-  ASSERT_TRUE(
-      reader
-          .open(folder / "x.bag",
-                [](const McapChannel& channel) { return channel.topic == "/note"; })
-          .ok());
-  EXPECT_EQ(reader.channels().size(), 3u);
-  EXPECT_EQ(reader.index().size(), chunks * chunk_messages / 3);
-}
-
-TEST(Ros1Bags, ThatAreCutOffHaveAllWholeMessages)
-{
-  const TestFolder folder;
   const Bytes all = bagOfChunks("none").bytes();
   // Where each message ends, found by its bytes.
   std::vector<std::size_t> ends;
   for (std::size_t i = 0; i < chunks * chunk_messages; ++i) {
-    const Bytes message = bytesOfMessage(i);
-    const auto found =
-        std::search(all.begin(), all.end(), message.begin(), message.end());
-    ends.push_back(static_cast<std::size_t>(found - all.begin()) + message.size());
+    const Bytes bytes = bytesOfMessage(i);
+    const auto found = std::search(all.begin(), all.end(), bytes.begin(), bytes.end());
+    ends.push_back(static_cast<std::size_t>(found - all.begin()) + bytes.size());
   }
   for (std::size_t size = Ros1Bag().begin(); size < all.size(); size += 97) {
     SCOPED_TRACE(size);
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, firstBytes(all, size)).ok());
+    ASSERT_TRUE(open("x.bag", firstBytes(all, size)).ok());
     std::size_t whole = 0;
     while (whole < ends.size() && ends[whole] <= size)
       ++whole;
-    ASSERT_EQ(readNumbers(reader), numbersBelow(whole));
+    ASSERT_EQ(readNumbers(reader), numbersFrom(0, whole));
     EXPECT_TRUE(reader.isUnfinished());
     EXPECT_FALSE(reader.damage().empty());
   }
-  BagReader reader;
   for (std::size_t size = 0; size < 12; ++size)
-    EXPECT_FALSE(open(reader, folder, firstBytes(all, size)).ok());
+    EXPECT_FALSE(open("x.bag", firstBytes(all, size)).ok());
 }
 
-TEST(Ros1Bags, ThatAreCutOffHaveAllWholeChunks)
+TEST_F(Ros1Bags, ThatAreCutOffHaveAllWholeChunks)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions()) {
     const Bytes all = bagOfChunks(compression).bytes();
     std::vector<std::size_t> ends;
     for (std::size_t count = 0; count <= chunks; ++count)
       ends.push_back(bagOfChunks(compression, count).size());
     for (std::size_t size = Ros1Bag().begin(); size < ends.back(); size += 301) {
-      BagReader reader;
-      ASSERT_TRUE(open(reader, folder, firstBytes(all, size)).ok());
+      ASSERT_TRUE(open("x.bag", firstBytes(all, size)).ok());
       std::size_t whole = 0;
       while (ends[whole + 1] <= size)
         ++whole;
       const std::vector<std::size_t> numbers = readNumbers(reader);
-      EXPECT_EQ(numbers, numbersBelow(numbers.size()));
+      EXPECT_EQ(numbers, numbersFrom(0, numbers.size()));
       EXPECT_GE(numbers.size(), whole * chunk_messages) << compression << " " << size;
     }
   }
 }
 
-TEST(Ros1Bags, ThatAreBeingRecordedHaveTheLastChunkToo)
+TEST_F(Ros1Bags, ThatAreBeingRecordedHaveTheLastChunkToo)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions()) {
     SCOPED_TRACE(compression);
     Ros1Bag bag = bagOfChunks(compression, 2);
     addMessages(bag, 2 * chunk_messages, 3 * chunk_messages);
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, bag.unfinishedBytes()).ok());
+    ASSERT_TRUE(open("x.bag", bag.unfinishedBytes()).ok());
     EXPECT_TRUE(reader.isUnfinished());
     EXPECT_TRUE(reader.damage().empty());
-    EXPECT_EQ(readNumbers(reader), numbersBelow(3 * chunk_messages));
+    EXPECT_EQ(readNumbers(reader), numbersFrom(0, 3 * chunk_messages));
   }
 }
 
-TEST(Ros1Bags, WithoutIndexesAreReadInAll)
+TEST_F(Ros1Bags, WithoutIndexesAreReadInAll)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions())
     for (const bool has_connections : {true, false}) {
       Ros1Bag bag(compression);
@@ -247,16 +216,14 @@ TEST(Ros1Bags, WithoutIndexesAreReadInAll)
         addMessages(bag, i, i + 30);
         bag.endChunk();
       }
-      BagReader reader;
-      ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
-      EXPECT_EQ(readNumbers(reader), numbersBelow(90));
+      ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
+      EXPECT_EQ(readNumbers(reader), numbersFrom(0, 90));
       EXPECT_TRUE(reader.damage().empty());
     }
 }
 
-TEST(Ros1Bags, OfWhichAChunkIsDamagedHaveTheOthers)
+TEST_F(Ros1Bags, OfWhichAChunkIsDamagedHaveTheOthers)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions()) {
     if (std::string(compression) == "none")
       continue; // it has no checksum
@@ -265,20 +232,16 @@ TEST(Ros1Bags, OfWhichAChunkIsDamagedHaveTheOthers)
     Bytes bytes = bagOfChunks(compression).bytes();
     for (std::size_t i = 0; i < 8; ++i)
       bytes[second + 1000 + i] ^= 0x5a;
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, bytes).ok());
-    std::vector<std::size_t> others = numbersBelow(chunks * chunk_messages);
-    others.erase(others.begin() + chunk_messages, others.begin() + 2 * chunk_messages);
-    EXPECT_EQ(readNumbers(reader), others);
+    ASSERT_TRUE(open("x.bag", bytes).ok());
+    EXPECT_EQ(readNumbers(reader), numbersOfOtherChunks());
     ASSERT_EQ(reader.damage().size(), 1u);
     EXPECT_EQ(reader.damage()[0].offset, second);
     EXPECT_TRUE(hasPart(reader.damage()[0].message, "a chunk: "));
   }
 }
 
-TEST(Ros1Bags, GoOnAtTheNextChunkAfterALengthThatIsWrong)
+TEST_F(Ros1Bags, GoOnAtTheNextChunkAfterALengthThatIsWrong)
 {
-  const TestFolder folder;
   const std::size_t second = bagOfChunks("none", 1).size();
   const Bytes all = bagOfChunks("none").bytes();
   // The size of the chunk's header, and that of its data behind the header.
@@ -287,36 +250,30 @@ TEST(Ros1Bags, GoOnAtTheNextChunkAfterALengthThatIsWrong)
     for (const int value : {0x01, 0xff}) {
       Bytes bytes = all;
       bytes[place + 2] = static_cast<std::uint8_t>(value);
-      BagReader reader;
-      ASSERT_TRUE(open(reader, folder, bytes).ok());
+      ASSERT_TRUE(open("x.bag", bytes).ok());
       EXPECT_FALSE(reader.damage().empty());
-      std::vector<std::size_t> numbers = readNumbers(reader);
-      std::vector<std::size_t> others = numbersBelow(chunks * chunk_messages);
-      others.erase(others.begin() + chunk_messages,
-                   others.begin() + 2 * chunk_messages);
+      const std::vector<std::size_t> numbers = readNumbers(reader);
+      const std::vector<std::size_t> others = numbersOfOtherChunks();
       EXPECT_TRUE(
           std::includes(numbers.begin(), numbers.end(), others.begin(), others.end()));
     }
 }
 
-TEST(Ros1Bags, MessagesOfUnknownConnectionsAreDamage)
+TEST_F(Ros1Bags, MessagesOfUnknownConnectionsAreDamage)
 {
-  const TestFolder folder;
   Ros1Bag bag;
   bag.addConnection(10, "/points", "sensor_msgs/PointCloud2");
   bag.addConnection(11, "/points", "sensor_msgs/PointCloud2");
   addMessages(bag, 0, 30); // those of connection 12, too
   bag.endChunk();
-  BagReader reader;
-  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
   EXPECT_EQ(readNumbers(reader).size(), 20u);
   ASSERT_EQ(reader.damage().size(), 1u);
   EXPECT_TRUE(hasPart(reader.damage()[0].message, "10 messages are of connections"));
 }
 
-TEST(Ros1Bags, IndexesThatAreWrongAreNotBelieved)
+TEST_F(Ros1Bags, IndexesThatAreWrongAreNotBelieved)
 {
-  const TestFolder folder;
   const auto entry = [](std::uint64_t i, std::uint64_t offset) {
     return ros1Time(epoch + i) + littleEndian(offset, 4);
   };
@@ -353,10 +310,8 @@ TEST(Ros1Bags, IndexesThatAreWrongAreNotBelieved)
       {entry(2, connection_size) + entry(3, 4'000'000'000), true},   // outside
       {entry(2, 0), false}};
   for (const auto& [entries, is_readable] : cases) {
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, withIndex(entries)).ok());
+    ASSERT_TRUE(open("x.bag", withIndex(entries)).ok());
     ASSERT_EQ(reader.index().size(), 1u);
-    McapMessage message;
     EXPECT_EQ(reader.read(reader.index()[0], message).ok(), is_readable);
     EXPECT_EQ(reader.damage().empty(), is_readable);
     if (is_readable) {
@@ -365,26 +320,23 @@ TEST(Ros1Bags, IndexesThatAreWrongAreNotBelieved)
   }
 }
 
-TEST(Ros1Bags, SizesAreNotBelieved)
+TEST_F(Ros1Bags, SizesAreNotBelieved)
 {
-  const TestFolder folder;
   for (const char* const compression : compressions())
     for (const std::uint64_t size : {std::uint64_t{3}, std::uint64_t{0xffffffff}}) {
       Ros1Bag bag(compression);
       bag.addConnection(12, "/note", "std_msgs/String");
       bag.addMessage(12, epoch + 2, bytesOfMessage(2));
       bag.addChunk(compressedChunk(compression, std::string(100'000, 'x')), size);
-      BagReader reader;
-      ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+      ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
       EXPECT_TRUE(readNumbers(reader).empty());
       EXPECT_FALSE(reader.damage().empty());
     }
 }
 
 #ifdef PCL_EXT_HAS_BZIP2
-TEST(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
+TEST_F(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
 {
-  const TestFolder folder;
   // Each chunk of 16 MiB takes some hundred bytes; they are searched for messages until
   // they are 256 MiB and 300 times the file.
   constexpr std::size_t size = std::size_t{1} << 24;
@@ -395,8 +347,7 @@ TEST(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
     Ros1Bag bag("bz2");
     for (int i = 0; i < 30; ++i)
       bag.addChunk(bytes, declared);
-    BagReader reader;
-    ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+    ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
     EXPECT_TRUE(reader.index().empty());
     const auto isRefused = [](const RecordingDamage& place) {
       return hasPart(place.message, "larger than a file of this size may have");
@@ -409,15 +360,13 @@ TEST(Ros1Bags, ThatDecompressToVeryManyBytesHaveAnEnd)
   const std::string bomb = compressedChunk("bz2", std::string(2 * size, '\0'));
   Ros1Bag large("bz2");
   large.addChunk(bomb, 2 * size);
-  BagReader reader;
-  ASSERT_TRUE(open(reader, folder, large.bytes()).ok());
+  ASSERT_TRUE(open("x.bag", large.bytes()).ok());
   EXPECT_TRUE(hasPart(reader.damage().at(0).message, "larger than the limit"));
 }
 #endif
 
-TEST(Ros1Bags, WhoseMessagesComeFromLargeChunksInTurnHaveAnEnd)
+TEST_F(Ros1Bags, WhoseMessagesComeFromLargeChunksInTurnHaveAnEnd)
 {
-  const TestFolder folder;
   constexpr std::uint64_t chunks = 8; // of 12 MiB, of which the cache has five
   constexpr std::uint64_t rounds = 40;
   Ros1Bag bag("lz4");
@@ -428,11 +377,9 @@ TEST(Ros1Bags, WhoseMessagesComeFromLargeChunksInTurnHaveAnEnd)
       bag.addMessage(12, epoch + 100 * i + chunk, bytesOfMessage(3));
     bag.endChunk();
   }
-  BagReader reader;
-  ASSERT_TRUE(open(reader, folder, bag.bytes()).ok());
+  ASSERT_TRUE(open("x.bag", bag.bytes()).ok());
   ASSERT_EQ(reader.index().size(), chunks * (rounds + 1));
   std::size_t read = 0;
-  McapMessage message;
   for (const BagEntry& entry : reader.index())
     read += reader.read(entry, message).ok() ? 1 : 0;
   // Each message takes its chunk again, until these are 1 GiB and 1000 times the file.
@@ -450,21 +397,18 @@ TEST(Ros1Bags, WhoseMessagesComeFromLargeChunksInTurnHaveAnEnd)
     EXPECT_TRUE(reader.read(reader.index()[i], message).ok());
 }
 
-TEST(Ros1Bags, OfOtherFormatsAreNamed)
+TEST_F(Ros1Bags, OfOtherFormatsAreNamed)
 {
-  const TestFolder folder;
-  BagReader reader;
   const std::string old = "#ROSBAG V1.2\nx";
-  EXPECT_TRUE(hasPart(open(reader, folder, {old.begin(), old.end()}).message(),
+  EXPECT_TRUE(hasPart(open("x.bag", {old.begin(), old.end()}).message(),
                       "no bag of ROS 1's format 2.0: 'rosbag filter'"));
   const std::string encrypted =
       "#ROSBAG V2.0\n" + ros1Record(3,
                                     {{"index_pos", littleEndian(0, 8)},
                                      {"encryptor", "rosbag/AesCbcEncryptor"}},
                                     "");
-  EXPECT_TRUE(
-      hasPart(open(reader, folder, {encrypted.begin(), encrypted.end()}).message(),
-              "is encrypted (rosbag/AesCbcEncryptor)"));
+  EXPECT_TRUE(hasPart(open("x.bag", {encrypted.begin(), encrypted.end()}).message(),
+                      "is encrypted (rosbag/AesCbcEncryptor)"));
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::recording::test

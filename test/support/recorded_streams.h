@@ -72,6 +72,15 @@ struct KnownStream {
   std::vector<KnownFrame> frames;
 };
 
+/** \brief All numbers from begin to end, without it. */
+inline std::vector<std::size_t>
+numbersFrom(std::size_t begin, std::size_t end)
+{
+  std::vector<std::size_t> numbers(end - begin);
+  std::iota(numbers.begin(), numbers.end(), begin);
+  return numbers;
+}
+
 /** \brief The bytes of some frames of a stream, one after the other. */
 inline Bytes
 framesOf(const KnownStream& stream, const std::vector<std::size_t>& numbers)
@@ -88,9 +97,7 @@ framesOf(const KnownStream& stream, const std::vector<std::size_t>& numbers)
 inline Bytes
 framesOf(const KnownStream& stream, std::size_t begin, std::size_t end)
 {
-  std::vector<std::size_t> numbers(end - begin);
-  std::iota(numbers.begin(), numbers.end(), begin);
-  return framesOf(stream, numbers);
+  return framesOf(stream, numbersFrom(begin, end));
 }
 
 /** \brief Encodes a stream of a room. Frames are 50 ms apart and have stamps.

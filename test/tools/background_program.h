@@ -20,22 +20,17 @@ namespace pcl_ext::tools::test {
 class BackgroundProgram {
 public:
   /** \param[in] folder working folder
-   * \param[in] name of the run, unlike that of others in the folder
-   * \param[in] arguments as a shell takes them
-   * \param[in] line of a shell that runs the program, $P; empty: with the arguments
+   * \param[in] line of a shell that executes the program, $P
    */
-  BackgroundProgram(const TestFolder& folder,
-                    const std::string& name,
-                    const std::string& arguments,
-                    const std::string& line = "")
-  : output_(folder / ("." + name + "_output"))
-  , errors_(folder / ("." + name + "_errors"))
+  BackgroundProgram(const TestFolder& folder, const std::string& line)
   {
+    static int runs = 0;
+    output_ = folder / (".output_" + std::to_string(++runs));
+    errors_ = folder / (".errors_" + std::to_string(runs));
     writeBytes(errors_, {});
     const std::string command = "cd '" + folder / "" + "' && P='" + testedProgram() +
-                                "' && { " +
-                                (line.empty() ? "exec \"$P\" " + arguments : line) +
-                                "; } > '" + output_ + "' 2> '" + errors_ + "'";
+                                "' && { " + line + "; } > '" + output_ + "' 2> '" +
+                                errors_ + "'";
     pid_ = ::fork();
     if (pid_ == 0) {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -57,10 +52,15 @@ public:
   void
   waitForError(const std::string& text) const
   {
-    EXPECT_TRUE(view::test::waitFor([&] {
-      return errors().find(text) != std::string::npos;
-    })) << text
-        << " is not in: " << errors();
+    EXPECT_TRUE(view::test::waitFor([&] { return hasPart(errors(), text); }))
+        << text << " is not in: " << errors();
+  }
+
+  void
+  waitForOutput(const std::string& text) const
+  {
+    EXPECT_TRUE(view::test::waitFor([&] { return hasPart(output(), text); }))
+        << text << " is not in: " << output() << errors();
   }
 
   /** \brief Waits for its end.
@@ -91,8 +91,8 @@ public:
   }
 
 private:
-  const std::string output_;
-  const std::string errors_;
+  std::string output_;
+  std::string errors_;
   pid_t pid_ = -1;
 };
 

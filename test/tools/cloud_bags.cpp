@@ -85,40 +85,36 @@ writeBag(const std::string& path, std::size_t frames)
 {
   recording::McapWriter writer;
   ASSERT_TRUE(writer.open(path, "ros2").ok());
-  std::size_t front = 0;
-  std::size_t rear = 0;
-  std::size_t imu = 0;
-  const auto shared = recording::McapChunking::Shared;
-  McapChannel front_channel = recording::pointCloudChannel("/front/points");
-  front_channel.metadata = {{"offered_qos_profiles", "- durability: 1"},
-                            {"topic_type_hash", "RIHS01_1"}};
-  ASSERT_TRUE(writer.addChannel(front_channel, shared, front).ok());
-  ASSERT_TRUE(writer.addChannel(imuChannel(), shared, imu).ok());
-  ASSERT_TRUE(
-      writer.addChannel(recording::pointCloudChannel("/rear/points"), shared, rear)
-          .ok());
+  McapChannel front = recording::pointCloudChannel("/front/points");
+  front.metadata = {{"offered_qos_profiles", "- durability: 1"},
+                    {"topic_type_hash", "RIHS01_1"}};
+  std::vector<std::size_t> channels;
+  for (const McapChannel& channel :
+       {front, imuChannel(), recording::pointCloudChannel("/rear/points")})
+    ASSERT_TRUE(writer
+                    .addChannel(channel,
+                                recording::McapChunking::Shared,
+                                channels.emplace_back())
+                    .ok());
   const auto front_clouds = roomClouds(frames, 1);
   const auto rear_clouds = roomClouds(frames, 2);
   for (std::size_t i = 0; i < frames; ++i) {
     McapMessage message = cloudMessage(front_clouds[i], i);
-    message.channel = front;
+    message.channel = channels[0];
     ASSERT_TRUE(writer.write(message).ok());
     message = cloudMessage(rear_clouds[i], i);
-    message.channel = rear;
+    message.channel = channels[2];
     ASSERT_TRUE(writer.write(message).ok());
-    message.channel = imu;
+    message.channel = channels[1];
     message.log_time += Time(50'000'000);
     message.bytes.assign(i + 1, static_cast<std::uint8_t>(i));
     ASSERT_TRUE(writer.write(message).ok());
   }
-  recording::McapMetadata metadata{"robot", {{"serial", "17"}}};
-  ASSERT_TRUE(writer.write(metadata).ok());
-  recording::McapAttachment attachment;
-  attachment.name = "notes.txt";
-  attachment.media_type = "text/plain";
-  attachment.log_time = attachment.create_time = Time(3);
-  attachment.bytes = {1, 2, 3};
-  ASSERT_TRUE(writer.write(attachment).ok());
+  ASSERT_TRUE(writer.write(recording::McapMetadata{"robot", {{"serial", "17"}}}).ok());
+  ASSERT_TRUE(writer
+                  .write(recording::McapAttachment{
+                      Time(3), Time(3), "notes.txt", "text/plain", {1, 2, 3}})
+                  .ok());
   ASSERT_TRUE(writer.finish().ok());
 }
 

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <random>
 #include <sstream>
@@ -43,7 +42,7 @@ testedProgram()
 }
 
 ProgramRun
-runShell(const TestFolder& folder, const std::string& line)
+ProgramTest::runShell(const std::string& line) const
 {
   const std::string command = "cd '" + folder / "" + "' && P='" + testedProgram() +
                               "'; (" + line + ") > .output 2> .errors";
@@ -54,32 +53,49 @@ runShell(const TestFolder& folder, const std::string& line)
 }
 
 ProgramRun
-run(const TestFolder& folder, const std::string& arguments)
+ProgramTest::run(const std::string& arguments) const
 {
-  return runShell(folder, "\"$P\" " + arguments);
+  return runShell("\"$P\" " + arguments);
 }
 
 ProgramRun
-expectRun(const TestFolder& folder, const std::string& arguments)
+ProgramTest::expectRun(const std::string& arguments) const
 {
-  ProgramRun result = run(folder, arguments);
+  ProgramRun result = run(arguments);
   EXPECT_EQ(result.status, 0) << arguments << '\n' << result.errors;
   EXPECT_EQ(result.errors, "") << arguments;
   return result;
 }
 
 void
-expectFailure(const TestFolder& folder,
-              const std::string& arguments,
-              int status,
-              const std::string& text)
+ProgramTest::expectFailure(const std::string& arguments,
+                           int status,
+                           const std::string& text) const
 {
-  const ProgramRun result = run(folder, arguments);
+  const ProgramRun result = run(arguments);
   EXPECT_EQ(result.status, status) << arguments << '\n' << result.errors;
   EXPECT_TRUE(hasPart(result.errors, text)) << arguments;
   EXPECT_EQ(result.errors.find('\n'), result.errors.size() - 1) << arguments << '\n'
                                                                 << result.errors;
   EXPECT_EQ(result.errors.rfind("pcl_ext", 0), 0u) << result.errors;
+}
+
+ProgramRun
+ProgramTest::expectRemark(const std::string& arguments,
+                          const std::string& text,
+                          int status) const
+{
+  ProgramRun result = run(arguments);
+  EXPECT_EQ(result.status, status) << arguments << '\n' << result.errors;
+  EXPECT_TRUE(hasPart(result.errors, text)) << arguments;
+  return result;
+}
+
+void
+ProgramTest::expectRefusals(int status, const std::vector<Refusal>& rows) const
+{
+  for (const Refusal& row : rows)
+    expectFailure(row.arguments, status, row.text);
 }
 
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
@@ -106,9 +122,9 @@ roomClouds(std::size_t frames, unsigned int seed)
 }
 
 void
-writeClouds(const TestFolder& folder,
-            const std::string& name,
-            const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds)
+ProgramTest::writeClouds(
+    const std::string& name,
+    const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds) const
 {
   std::filesystem::create_directories(folder / name);
   for (std::size_t i = 0; i < clouds.size(); ++i) {
@@ -116,19 +132,6 @@ writeClouds(const TestFolder& folder,
     std::snprintf(file, sizeof(file), "/%03zu.pcd", i);
     ASSERT_EQ(pcl::io::savePCDFileBinary(folder / (name + file), clouds[i]), 0);
   }
-}
-
-Bytes
-kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud)
-{
-  Bytes bytes;
-  for (const pcl::PointXYZI& point : cloud)
-    for (const float number : {point.x, point.y, point.z, point.intensity}) {
-      std::uint8_t of_number[4];
-      std::memcpy(of_number, &number, 4);
-      bytes.insert(bytes.end(), of_number, of_number + 4);
-    }
-  return bytes;
 }
 
 pcl::PointCloud<pcl::PointXYZI>

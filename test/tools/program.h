@@ -44,81 +44,47 @@ constexpr char view_page[] =
 std::string
 testedProgram();
 
-/** \brief Runs the program.
- * \param[in] folder working folder
- * \param[in] arguments as a shell takes them
- */
-ProgramRun
-run(const TestFolder& folder, const std::string& arguments);
-
-/** \brief Runs a line of a shell, in which $P is the program. */
-ProgramRun
-runShell(const TestFolder& folder, const std::string& line);
-
-/** \brief Expects that the program does all and prints no error. */
-ProgramRun
-expectRun(const TestFolder& folder, const std::string& arguments);
-
-/** \brief Expects that the program ends with a status and one line of error.
- * \param[in] text that the line has
- */
-void
-expectFailure(const TestFolder& folder,
-              const std::string& arguments,
-              int status,
-              const std::string& text);
-
 struct Refusal {
   std::string arguments; ///< as a shell takes them
-  int status;
-  std::string text; ///< that its line of error has
+  std::string text;      ///< that its line of error has
 };
 
-void
-writeClouds(const TestFolder& folder,
-            const std::string& name,
-            const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds);
-
-/** \brief A test with a folder, in which the program runs. */
+/** \brief A test with a folder, in which the program runs; its arguments are as a
+ * shell takes them. */
 class ProgramTest : public ::testing::Test {
 protected:
   ProgramRun
-  run(const std::string& arguments) const
-  {
-    return test::run(folder, arguments);
-  }
+  run(const std::string& arguments) const;
 
+  /** \brief Runs a line of a shell, in which $P is the program. */
   ProgramRun
-  runShell(const std::string& line) const
-  {
-    return test::runShell(folder, line);
-  }
+  runShell(const std::string& line) const;
 
+  /** \brief Expects that the program does all and prints no error. */
   ProgramRun
-  expectRun(const std::string& arguments) const
-  {
-    return test::expectRun(folder, arguments);
-  }
+  expectRun(const std::string& arguments) const;
+
+  /** \brief Expects a status, and a text in what the program says of remarks and
+   * errors. */
+  ProgramRun
+  expectRemark(const std::string& arguments,
+               const std::string& text,
+               int status = 0) const;
+
+  /** \brief Expects that the program ends with a status and one line of error.
+   * \param[in] text that the line has
+   */
+  void
+  expectFailure(const std::string& arguments,
+                int status,
+                const std::string& text) const;
 
   void
-  expectFailure(const std::string& arguments, int status, const std::string& text) const
-  {
-    test::expectFailure(folder, arguments, status, text);
-  }
-
-  void
-  expectRefusals(const std::vector<Refusal>& rows) const
-  {
-    for (const Refusal& row : rows)
-      expectFailure(row.arguments, row.status, row.text);
-  }
+  expectRefusals(int status, const std::vector<Refusal>& rows) const;
 
   void
   writeClouds(const std::string& name,
-              const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds) const
-  {
-    test::writeClouds(folder, name, clouds);
-  }
+              const std::vector<pcl::PointCloud<pcl::PointXYZI>>& clouds) const;
 
   const TestFolder folder;
 };
@@ -127,9 +93,6 @@ protected:
  * in whole numbers. */
 std::vector<pcl::PointCloud<pcl::PointXYZI>>
 roomClouds(std::size_t frames, unsigned int seed = 1);
-
-Bytes
-kittiBytes(const pcl::PointCloud<pcl::PointXYZI>& cloud);
 
 pcl::PointCloud<pcl::PointXYZI>
 readCloud(const std::string& path);

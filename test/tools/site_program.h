@@ -6,11 +6,14 @@
 
 #include "support/nats_server.h"
 #include "tools/background_program.h"
+#include "view/clients.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 namespace pcl_ext::tools::test {
 
@@ -22,13 +25,37 @@ at(const NatsServer& server, const std::string& site = "cell")
   return " --server " + server.url() + " --site " + site + " ";
 }
 
+/** \brief The files of a recording part.mcap that is rotated. */
+inline std::vector<std::filesystem::path>
+partsIn(const TestFolder& folder)
+{
+  std::vector<std::filesystem::path> parts;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / ""))
+    if (entry.path().filename().string().rfind("part_", 0) == 0)
+      parts.push_back(entry.path());
+  return parts;
+}
+
+inline std::string
+metricsAt(std::uint16_t port)
+{
+  return view::test::request(port, "/metrics").body;
+}
+
+/** \brief A test with a server that keeps nothing. */
+class SiteTest : public ProgramTest {
+protected:
+  NatsServer server;
+};
+
 /** \brief Starts a receiver, and returns when frames that are sent arrive. */
 class Receiving : public BackgroundProgram {
 public:
+  /** \param[in] line of a shell before the arguments */
   Receiving(const TestFolder& folder,
-            const std::string& name,
-            const std::string& arguments)
-  : BackgroundProgram(folder, name, "receive" + arguments)
+            const std::string& arguments,
+            const std::string& line = "exec $P receive ")
+  : BackgroundProgram(folder, line + arguments)
   {
     waitForError("receiving from site");
   }

@@ -103,38 +103,70 @@ cloudOf(const McapMessage& message, bool is_compressed)
   return cloud;
 }
 
+/** \brief Adds a message of another topic. */
+void
+addMessage(std::vector<McapMessage>& messages, std::size_t channel, Time time)
+{
+  McapMessage& message = messages.emplace_back();
+  message.channel = channel;
+  message.sequence = static_cast<std::uint32_t>(messages.size());
+  message.log_time = message.publish_time = time;
+  message.bytes.assign(3, static_cast<std::uint8_t>(messages.size()));
+}
+
 } // namespace
 
 using ProgramBags = ProgramTest;
 
-TEST_F(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
+TEST_F(ProgramBags, CloudsAreReplacedAndComeBackAndAllElsePassesThrough)
 {
   writeBag(folder / "bag.mcap", 5);
   expectRun("encode bag.mcap -o small.mcap -r 0.05");
+  expectRun("decode small.mcap -o again.mcap");
   const Bag before = readBag(folder / "bag.mcap");
-  const Bag after = readBag(folder / "small.mcap");
-  expectSameRest(before, after);
-  EXPECT_EQ(after.channels.size(), 3u);
-  const std::map<std::string, std::string> metadata = {
-      {"intensity_law", "native"}, {"offered_qos_profiles", "- durability: 1"}};
-  EXPECT_EQ(after.channels.at("/front/points/pcl_ext").metadata, metadata);
-  for (const std::string topic : {"/front/points", "/rear/points"}) {
-    ASSERT_EQ(after.channels.count(topic + "/pcl_ext"), 1u) << topic;
-    EXPECT_TRUE(
-        recording::isCompressedPointCloud(after.channels.at(topic + "/pcl_ext")));
-    const auto& messages = after.messages.at(topic + "/pcl_ext");
-    ASSERT_EQ(messages.size(), 5u);
-    for (std::size_t i = 0; i < 5; ++i) {
-      const McapMessage& original = before.messages.at(topic)[i];
-      EXPECT_EQ(messages[i].log_time, original.log_time);
-      EXPECT_EQ(messages[i].publish_time, original.publish_time);
-      EXPECT_EQ(messages[i].sequence, original.sequence);
-      const auto cloud = cloudOf(messages[i], true);
-      EXPECT_EQ(cloud.format, "pcl_ext");
-      EXPECT_EQ(cloud.stamp, stampOf(i));
-      EXPECT_EQ(cloud.frame_id, "lidar");
-      EXPECT_EQ(cloud.width, roomClouds(1)[0].size());
-      EXPECT_LT(messages[i].bytes.size(), original.bytes.size() / 4);
+  const Bag small = readBag(folder / "small.mcap");
+  const Bag again = readBag(folder / "again.mcap");
+  for (const Bag* const after : {&small, &again}) {
+    expectSameRest(before, *after);
+    EXPECT_EQ(after->channels.size(), 3u);
+  }
+  using Metadata = std::map<std::string, std::string>;
+  EXPECT_EQ(small.channels.at("/front/points/pcl_ext").metadata,
+            (Metadata{{"intensity_law", "native"},
+                      {"offered_qos_profiles", "- durability: 1"}}));
+  EXPECT_EQ(again.channels.at("/front/points").metadata,
+            (Metadata{{"offered_qos_profiles", "- durability: 1"}}));
+  EXPECT_EQ(again.channels.at("/rear/points").metadata, Metadata());
+  const std::vector<DecodedStream> streams = decode(folder / "small.mcap");
+  ASSERT_EQ(streams.size(), 2u);
+  for (const DecodedStream& stream : streams) {
+    const std::string topic = stream.name.substr(0, stream.name.rfind("/pcl_ext"));
+    SCOPED_TRACE(topic);
+    EXPECT_TRUE(recording::isCompressedPointCloud(small.channels.at(stream.name)));
+    EXPECT_TRUE(recording::isPointCloud(again.channels.at(topic)));
+    for (const bool is_compressed : {true, false}) {
+      const auto& messages =
+          is_compressed ? small.messages.at(stream.name) : again.messages.at(topic);
+      ASSERT_EQ(messages.size(), 5u);
+      for (std::size_t i = 0; i < 5; ++i) {
+        const McapMessage& original = before.messages.at(topic)[i];
+        EXPECT_EQ(messages[i].log_time, original.log_time);
+        EXPECT_EQ(messages[i].publish_time, original.publish_time);
+        EXPECT_EQ(messages[i].sequence, original.sequence);
+        const auto cloud = cloudOf(messages[i], is_compressed);
+        EXPECT_EQ(cloud.stamp, stampOf(i));
+        EXPECT_EQ(cloud.frame_id, "lidar");
+        if (is_compressed) {
+          EXPECT_EQ(cloud.width, cloudOf(original, false).width);
+          EXPECT_EQ(cloud.format, "pcl_ext");
+          EXPECT_LT(messages[i].bytes.size(), original.bytes.size() / 4);
+        }
+        else {
+          EXPECT_EQ(cloud.width, stream.voxels[i].size());
+          ASSERT_EQ(cloud.fields.size(), 4u);
+          EXPECT_EQ(cloud.fields[3].name, "intensity");
+        }
+      }
     }
   }
   const auto json = nlohmann::json::parse(expectRun("info small.mcap --json").output);
@@ -143,49 +175,7 @@ TEST_F(ProgramBags, CloudsAreReplacedAndAllElsePassesThrough)
   EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
   EXPECT_TRUE(hasPart(expectRun("info small.mcap").output,
                       "other topics: /imu (sensor_msgs/msg/Imu)\n"));
-}
-
-TEST_F(ProgramBags, DecodedBagHasTheTopicsAgain)
-{
-  writeBag(folder / "bag.mcap", 4);
-  expectRun("encode bag.mcap -o small.mcap -r 0.05");
-  expectRun("decode small.mcap -o again.mcap");
-  const Bag before = readBag(folder / "bag.mcap");
-  const Bag after = readBag(folder / "again.mcap");
-  expectSameRest(before, after);
-  EXPECT_EQ(after.channels.size(), 3u);
-  const std::vector<DecodedStream> streams = decode(folder / "small.mcap");
-  ASSERT_EQ(streams.size(), 2u);
-  for (const DecodedStream& stream : streams) {
-    const std::string topic =
-        stream.name.substr(0, stream.name.size() - std::string("/pcl_ext").size());
-    ASSERT_EQ(after.channels.count(topic), 1u) << topic;
-    EXPECT_TRUE(recording::isPointCloud(after.channels.at(topic)));
-    const auto& metadata = after.channels.at(topic).metadata;
-    const std::map<std::string, std::string> expected =
-        topic == "/front/points"
-            ? std::map<std::string, std::string>{{"offered_qos_profiles",
-                                                  "- durability: 1"}}
-            : std::map<std::string, std::string>{};
-    EXPECT_EQ(metadata, expected);
-    const auto& messages = after.messages.at(topic);
-    ASSERT_EQ(messages.size(), 4u);
-    for (std::size_t i = 0; i < 4; ++i) {
-      EXPECT_EQ(messages[i].log_time, logTime(i));
-      EXPECT_EQ(messages[i].publish_time, logTime(i) - Time(7));
-      EXPECT_EQ(messages[i].sequence, 70 + i);
-      const auto cloud = cloudOf(messages[i], false);
-      EXPECT_EQ(cloud.stamp, stampOf(i));
-      EXPECT_EQ(cloud.frame_id, "lidar");
-      EXPECT_EQ(cloud.width, stream.voxels[i].size());
-      ASSERT_EQ(cloud.fields.size(), 4u);
-      EXPECT_EQ(cloud.fields[3].name, "intensity");
-    }
-  }
-}
-
-TEST_F(ProgramBags, FoldersOfRosbag2AreReadAndWritten)
-{
+  // Folders of rosbag2 are read and written, too.
   writeBag(folder / "bag", 3);
   expectRun("encode bag -o small -r 0.05");
   EXPECT_TRUE(std::filesystem::exists(folder / "small/metadata.yaml"));
@@ -228,11 +218,9 @@ TEST_F(ProgramBags, FramesDoNotGetTheTopicOfOtherMessages)
     message.bytes = {1, 2, 3};
   }
   ASSERT_TRUE(writer.finish().ok());
-  const ProgramRun encoded = run("encode bag.mcap -o x.mcap");
-  EXPECT_EQ(encoded.status, 0);
-  EXPECT_TRUE(hasPart(encoded.errors,
-                      "/points: its frames are under /points/encoded/pcl_ext, as "
-                      "/points/pcl_ext is another topic of the bag"));
+  expectRemark("encode bag.mcap -o x.mcap",
+               "/points: its frames are under /points/encoded/pcl_ext, as "
+               "/points/pcl_ext is another topic of the bag");
   const Bag after = readBag(folder / "x.mcap");
   expectSameMessages(readBag(folder / "bag.mcap").messages.at("/points/pcl_ext"),
                      after.messages.at("/points/pcl_ext"));
@@ -271,11 +259,10 @@ TEST_F(ProgramBags, CloudsOfAnotherCoordinateFrameAreTold)
   for (std::size_t i = 0; i < clouds.size(); ++i)
     messages.push_back(cloudMessage(clouds[i], i, i < 2 ? "lidar" : "map"));
   writeMcap(folder / "bag.mcap", {recording::pointCloudChannel("/points")}, messages);
-  const ProgramRun encode = run("encode bag.mcap -o x.mcap");
-  EXPECT_EQ(encode.status, 1);
-  EXPECT_TRUE(hasPart(encode.errors,
-                      "/points, frame 2: its frame_id is 'map', that of the "
-                      "clouds before 'lidar'"));
+  expectRemark("encode bag.mcap -o x.mcap",
+               "/points, frame 2: its frame_id is 'map', that of the "
+               "clouds before 'lidar'",
+               1);
   // The user may name the frame of all.
   EXPECT_EQ(run("encode bag.mcap -o y.mcap --frame-id map").status, 0);
 }
@@ -291,9 +278,6 @@ TEST_F(ProgramBags, AFrameIdThatIsTooLongForFramesNamesWhatHelps)
                 "most: name a shorter one with --frame-id, or encode with --no-header");
   expectRun("encode bag.mcap -o x.mcap --frame-id short");
   expectRun("encode bag.mcap -o y.mcap --no-header");
-  expectFailure("encode bag.mcap -o z.mcap --frame-id " + std::string(1025, 'f'),
-                2,
-                "--frame-id is 1025 bytes long");
 }
 
 TEST_F(ProgramBags, WithoutMessagesOfACloudLeaveNoFile)
@@ -311,52 +295,17 @@ TEST_F(ProgramBags, WithoutMessagesOfACloudLeaveNoFile)
   EXPECT_FALSE(std::filesystem::exists(folder / "x.mcap.unfinished"));
 }
 
-TEST_F(ProgramBags, FilesOfFramesThatWerePutTogetherKeepTheirTimes)
-{
-  const auto timeOf = [](std::size_t i) { // frames count microseconds
-    return std::chrono::duration_cast<std::chrono::microseconds>(stampOf(i));
-  };
-  writeBag(folder / "bag.mcap", 4);
-  for (const char* const part : {"0:2", "2:4"})
-    EXPECT_EQ(run(std::string("encode bag.mcap -q --topics /rear/points --frames ") +
-                  part + " -o " + part[0] + ".pcxi")
-                  .errors,
-              "");
-  ASSERT_EQ(runShell("cat 2.pcxi 0.pcxi > x.pcxi").status, 0);
-  const nlohmann::json info =
-      nlohmann::json::parse(expectRun("info --json x.pcxi").output);
-  EXPECT_EQ(info["first_time_ns"], Time(timeOf(2)).count()) << info;
-  EXPECT_EQ(info["last_time_ns"], Time(timeOf(3)).count());
-  expectRun("decode x.pcxi -o decoded.mcap");
-  expectRun("cut x.pcxi -o cut.mcap");
-  for (const char* const name : {"decoded.mcap", "cut.mcap"}) {
-    recording::BagReader reader;
-    ASSERT_TRUE(reader.open(folder / name).ok());
-    ASSERT_EQ(reader.index().size(), 4u);
-    for (std::size_t i = 0; i < 4; ++i)
-      EXPECT_EQ(reader.index()[i].log_time, timeOf(i)) << name;
-  }
-}
-
 TEST_F(ProgramBags, AdjacentPartsHaveEachOtherMessage)
 {
   const auto clouds = roomClouds(9);
   std::vector<McapMessage> messages;
-  const auto addImu = [&messages](recording::Time time) {
-    McapMessage message;
-    message.channel = 1;
-    message.sequence = static_cast<std::uint32_t>(messages.size());
-    message.log_time = message.publish_time = time;
-    message.bytes.assign(3, static_cast<std::uint8_t>(messages.size()));
-    messages.push_back(message);
-  };
-  addImu(logTime(0) - recording::Time(500'000'000)); // as /tf_static is
+  addMessage(messages, 1, logTime(0) - Time(500'000'000)); // as /tf_static is
   for (std::size_t i = 0; i < clouds.size(); ++i) {
     messages.push_back(cloudMessage(clouds[i], i));
-    addImu(logTime(i));
-    addImu(logTime(i) + recording::Time(50'000'000));
+    addMessage(messages, 1, logTime(i));
+    addMessage(messages, 1, logTime(i) + Time(50'000'000));
   }
-  addImu(logTime(20));
+  addMessage(messages, 1, logTime(20));
   messages.push_back(messages.back()); // a second one that is the same
   writeMcap(folder / "bag.mcap",
             {recording::pointCloudChannel("/points"), imuChannel()},
@@ -403,22 +352,15 @@ TEST_F(ProgramBags, PartsHaveTheLatchedMessagesOfTheirBeginning)
                    "- depth: 1\n  durability: 1\n- depth: 1\n  durability: 2\n"
                    "- depth: 1\n  durability: transient_local\n"}};
   std::vector<McapMessage> messages;
-  const auto add = [&messages](std::size_t channel, Time time) {
-    McapMessage message;
-    message.channel = channel;
-    message.log_time = message.publish_time = time;
-    message.bytes.assign(3, static_cast<std::uint8_t>(messages.size()));
-    messages.push_back(message);
-  };
   const Time shortly(1'000'000);
   for (int i = 0; i < 2; ++i) // of two nodes
-    add(2, logTime(0) - shortly);
+    addMessage(messages, 2, logTime(0) - shortly);
   const auto clouds = roomClouds(6);
   for (std::size_t i = 0; i < clouds.size(); ++i) {
     messages.push_back(cloudMessage(clouds[i], i));
-    add(1, logTime(i) + shortly);
+    addMessage(messages, 1, logTime(i) + shortly);
     if (i != 3)
-      add(3, logTime(i) + shortly);
+      addMessage(messages, 3, logTime(i) + shortly);
   }
   writeMcap(
       folder / "bag.mcap",
@@ -463,12 +405,10 @@ TEST_F(ProgramBags, OtherMessagesThatTwoPartsHaveAreCopiedOnce)
   expectRun("encode bag.mcap -o all.mcap --i-frame-rate 2");
   expectRun("cut all.mcap -o a.mcap --frames :6");
   expectRun("cut all.mcap -o b.mcap --frames 4:");
-  const ProgramRun merged = run("merge a.mcap b.mcap -o joined.mcap");
-  EXPECT_EQ(merged.status, 0);
-  EXPECT_TRUE(
-      hasPart(merged.errors,
-              "pcl_ext merge: the recordings have 2 other messages in common, copied "
-              "once\n"));
+  const ProgramRun merged = expectRemark(
+      "merge a.mcap b.mcap -o joined.mcap",
+      "pcl_ext merge: the recordings have 2 other messages in common, copied "
+      "once\n");
   EXPECT_TRUE(hasPart(merged.output, ", 10 other messages"));
   const Bag all = readBag(folder / "all.mcap");
   const Bag joined = readBag(folder / "joined.mcap");

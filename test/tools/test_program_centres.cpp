@@ -130,28 +130,22 @@ TEST_F(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
                           "\"cell.{{wildcard(1)}}.frames.{{partition(3,1)}}\" }");
   const std::string common =
       " --resolution 0.04 --merge-wait 1s --merge-age 1s --server " + server.url();
-  const auto centre = [&](const std::string& part, const std::string& run) {
-    auto started = std::make_unique<BackgroundProgram>(
-        folder,
-        run,
-        "receive --site cell --partition " + part + " --merge zone_" + part + common);
-    started->waitForError("receiving from site");
-    return started;
+  const auto centre = [&](const std::string& part) {
+    return std::make_unique<Receiving>(
+        folder, "--site cell --partition " + part + " --merge zone_" + part + common);
   };
   std::vector<std::unique_ptr<BackgroundProgram>> programs;
-  const auto start = [&](const std::string& name, const std::string& arguments) {
-    programs.push_back(std::make_unique<BackgroundProgram>(folder, name, arguments));
-    programs.back()->waitForError("receiving from site");
-  };
   const std::string to = " --server " + server.url();
-  start("record_one", "receive --site one -o one.mcap" + to);
-  start("record_top", "receive --site top -o top.mcap" + to);
-  start("record_zones", "receive --site cell-merged -o zones.mcap" + to);
-  start("one", "receive --site cell --merge all --merged-site one" + common);
-  start("top", "receive --site cell-merged --merge all --merged-site top" + common);
+  for (const std::string& arguments :
+       {"--site one -o one.mcap" + to,
+        "--site top -o top.mcap" + to,
+        "--site cell-merged -o zones.mcap" + to,
+        "--site cell --merge all --merged-site one" + common,
+        "--site cell-merged --merge all --merged-site top" + common})
+    programs.push_back(std::make_unique<Receiving>(folder, arguments));
   std::vector<std::unique_ptr<BackgroundProgram>> zones;
   for (const std::string part : {"0", "1", "2"})
-    zones.push_back(centre(part, "zone_" + part));
+    zones.push_back(centre(part));
 
   Time killed;
   Time restarted;
@@ -163,7 +157,7 @@ TEST_F(ProgramCentres, ThreeAreOneAlsoAfterOneWasKilled)
     zones[1]->end(SIGKILL);
     sensors.waitFor(milliseconds(1500));
     restarted = sensors.now();
-    zones[1] = centre("1", "zone_1_again");
+    zones[1] = centre("1");
     sensors.waitFor(std::chrono::seconds(4));
     ended = sensors.now();
   }

@@ -1,12 +1,11 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 #include <pcl_ext/filters/voxel_outlier_removal.h>
 
+#include "support/lidar_room.h"
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <random>
 
@@ -20,18 +19,15 @@ TEST_F(ProgramDecode, FilesOfAllKindsHaveTheVoxels)
 {
   const std::vector<KnownStream> streams = {knownStream(0, 6, 3)};
   record(streams, folder / "x.pcxi");
-  const std::pair<const char*, const char*> kinds[] = {{"", ".pcd"},
-                                                       {"--pcd binary", ".pcd"},
-                                                       {"--pcd compressed", ".pcd"},
-                                                       {"--pcd ascii", ".pcd"},
-                                                       {"--ply", ".ply"}};
-  for (const auto& [option, extension] : kinds) {
+  for (const std::string option :
+       {"", "--pcd binary", "--pcd compressed", "--pcd ascii", "--ply"}) {
     SCOPED_TRACE(option);
-    expectRun(std::string("decode x.pcxi -o out --overwrite ") + option);
+    expectRun("decode x.pcxi -o out --overwrite " + option);
     EXPECT_EQ(filesIn(folder / "out"), 6u);
     for (std::size_t i = 0; i < 6; ++i)
       expectVoxels(streams[0].frames[i].voxels,
-                   readCloud(folder / ("out/00000" + std::to_string(i) + extension)));
+                   readCloud(folder / ("out/00000" + std::to_string(i) +
+                                       (option == "--ply" ? ".ply" : ".pcd"))));
   }
   EXPECT_FALSE(fs::exists(folder / "out.unfinished"));
 }
@@ -126,65 +122,49 @@ snowyRoom(int count)
   return clouds;
 }
 
-TEST_F(ProgramDecode, OutliersAreJudgedByTheLawOfTheRecording)
+TEST_F(ProgramDecode, OutliersAreJudgedByTheLawAndThePoseOfTheRecording)
 {
-  writeClouds("room", snowyRoom(3));
-  expectRun("encode room -o x.mcap -r 0.05 --law count");
-  const ProgramRun automatic = expectRun("decode x.mcap -o a --remove-outliers");
-  const ProgramRun points =
-      expectRun("decode x.mcap -o b --remove-outliers --unit points");
-  EXPECT_TRUE(hasPart(points.output, "of the voxels left out"));
-  for (const char* file : {"000000.pcd", "000001.pcd", "000002.pcd"})
-    EXPECT_EQ(bytesOf(folder / (std::string("a/") + file)),
-              bytesOf(folder / (std::string("b/") + file)));
-  // Frames alone do not tell their law.
+  writeClouds("room", snowyRoom(2));
+  expectRun("encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
+  const std::string decode = "decode x.mcap --remove-outliers -o ";
+  EXPECT_TRUE(hasPart(expectRun(decode + "automatic").output,
+                      "of the voxels left out, judged by points"));
+  expectRun(decode + "points --unit points");
+  // The room is far sparser than a lidar there would see it.
+  EXPECT_TRUE(
+      hasPart(expectRemark(decode + "pose --unit rays",
+                           "more than noise usually is; --sensor-position tells")
+                  .output,
+              "of the voxels left out, judged by rays"));
+  run(decode + "option --unit rays --sensor-position 4,1,2");
+  expectRun(decode + "elsewhere --unit rays --sensor-position 0,9,9");
+  const auto last = [&](const std::string& of) {
+    return bytesOf(folder / (of + "/000001.pcd"));
+  };
+  EXPECT_EQ(last("automatic"), last("points"));
+  EXPECT_EQ(last("pose"), last("option"));
+  EXPECT_NE(last("pose"), last("elsewhere"));
+  // Frames alone do not tell their law. By faces all voxels would be removed.
   expectRun("encode room -o x.pcxi -r 0.05 --law count");
-  const ProgramRun unknown = run("decode x.pcxi -o c --remove-outliers");
-  EXPECT_EQ(unknown.status, 0);
-  EXPECT_TRUE(hasPart(unknown.errors, "--unit points"));
-}
-
-TEST_F(ProgramDecode, UnitsMustFitTheLawOfTheRecording)
-{
-  writeClouds("room", roomClouds(2));
-  expectRun("encode room -o count.mcap -r 0.05 --law count -q");
-  expectFailure("decode count.mcap -o a --remove-outliers --unit faces",
+  expectRemark("decode x.pcxi -o c --remove-outliers", "--unit points");
+  expectFailure(
+      "decode x.pcxi -o d --remove-outliers --unit faces",
+      1,
+      "more than noise usually is; for counts name --unit points, for a lidar "
+      "--unit rays");
+  // A unit must fit the law.
+  expectFailure(decode + "e --unit faces",
                 2,
                 "/room: --unit is faces and the intensity_law of the stream is "
                 "count, whose intensities are numbers of points; choose automatic or "
                 "points");
   expectRun("encode room -o native.mcap -r 0.05 --law native -q");
-  expectFailure("decode native.mcap -o b --remove-outliers --unit points",
+  expectFailure("decode native.mcap -o f --remove-outliers --unit points",
                 2,
                 "is native, whose intensities are no densities");
   // Numbers of points that the frames have are densities.
   expectRun("encode room -o kept.mcap -r 0.2 --law native --keep-points -q");
-  EXPECT_NE(run("decode kept.mcap -o c --remove-outliers --unit points").status, 2);
-  // Without a law all voxels are removed.
-  expectRun("encode room -o count.pcxi -r 0.05 --law count -q");
-  expectFailure(
-      "decode count.pcxi -o d --remove-outliers --unit faces",
-      1,
-      "more than noise usually is; for counts name --unit points, for a lidar "
-      "--unit rays");
-}
-
-TEST_F(ProgramDecode, RaysBeginWhereThePoseOrTheOptionSays)
-{
-  writeClouds("room", snowyRoom(2));
-  expectRun("encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
-  const ProgramRun by_pose = run("decode x.mcap -o a --remove-outliers --unit rays");
-  EXPECT_EQ(by_pose.status, 0);
-  EXPECT_TRUE(hasPart(by_pose.output, "of the voxels left out, judged by rays"));
-  // The room is far sparser than a lidar there would see it.
-  EXPECT_TRUE(
-      hasPart(by_pose.errors, "more than noise usually is; --sensor-position tells"));
-  run("decode x.mcap -o b --remove-outliers --unit rays --sensor-position 4,1,2");
-  expectRun("decode x.mcap -o c --remove-outliers --unit rays --sensor-position 0,9,9");
-  EXPECT_EQ(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "b/000001.pcd"));
-  EXPECT_NE(bytesOf(folder / "a/000001.pcd"), bytesOf(folder / "c/000001.pcd"));
-  EXPECT_TRUE(hasPart(expectRun("decode x.mcap -o d --remove-outliers").output,
-                      "of the voxels left out, judged by points"));
+  EXPECT_NE(run("decode kept.mcap -o g --remove-outliers --unit points").status, 2);
 }
 
 TEST_F(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
@@ -205,50 +185,23 @@ TEST_F(ProgramDecode, WhereHardlyAnyVoxelIsLeftOutLidarsAreToldOfRays)
             "");
 }
 
-/** \brief A turn of a lidar on a car between walls, row after row. */
-pcl::PointCloud<pcl::PointXYZI>
-streetTurn(float along)
-{
-  pcl::PointCloud<pcl::PointXYZI> cloud;
-  for (int row = 0; row < 32; ++row)
-    for (int column = 0; column < 1200; ++column) {
-      const float elevation = 0.01f * static_cast<float>(row) - 0.25f;
-      const float azimuth = 6.2831853f / 1200.0f * static_cast<float>(column);
-      const float x = std::cos(azimuth);
-      const float y = std::sin(azimuth);
-      const float slope = std::tan(elevation);
-      const float wall = y > 0.0f ? 12.0f : 7.0f + std::sin(0.5f * (along + x));
-      const float ground = slope < 0.0f ? -1.7f / slope : 1e3f;
-      const float range = std::min(ground, wall / std::max(std::abs(y), 1e-3f));
-      if (range > 60.0f)
-        continue;
-      pcl::PointXYZI point;
-      point.x = range * x;
-      point.y = range * y;
-      point.z = range * slope;
-      cloud.push_back(point);
-    }
-  return cloud;
-}
-
 TEST_F(ProgramDecode, CountsOfALidarAreNotJudgedAsThoseOfACamera)
 {
-  writeClouds("street", {streetTurn(0.0f), streetTurn(1.0f), streetTurn(2.0f)});
-  expectRun("encode street -o x.mcap -r 0.1 --law count");
-  const ProgramRun automatic = run("decode x.mcap -o a --remove-outliers");
-  EXPECT_EQ(automatic.status, 0);
+  pcl_ext::test::LidarRoom room;
+  writeClouds("lidar", {room.scan().cloud<pcl::PointCloud<pcl::PointXYZI>>()});
+  EXPECT_EQ(run("encode lidar -o x.mcap -r 0.1 --law count").status, 0);
+  const ProgramRun automatic =
+      expectRemark("decode x.mcap -o automatic --remove-outliers",
+                   "for a lidar, --unit rays finds noise such as snow");
   EXPECT_TRUE(hasPart(automatic.output, "judged by voxels"));
-  EXPECT_TRUE(
-      hasPart(automatic.errors, "for a lidar, --unit rays finds noise such as snow"));
   EXPECT_FALSE(hasPart(automatic.errors, "does not tell"));
   expectRun("decode x.mcap -o all");
   run("decode x.mcap -o points --remove-outliers --unit points");
-  for (const char* file : {"/000000.pcd", "/000001.pcd", "/000002.pcd"}) {
-    const std::size_t all = readCloud(folder / ("all" + std::string(file))).size();
-    EXPECT_GE(100 * readCloud(folder / ("a" + std::string(file))).size(), 98 * all);
-    EXPECT_LE(100 * readCloud(folder / ("points" + std::string(file))).size(),
-              95 * all);
-  }
+  const auto pointsIn = [&](const std::string& of) {
+    return readCloud(folder / (of + "/000000.pcd")).size();
+  };
+  EXPECT_GE(100 * pointsIn("automatic"), 98 * pointsIn("all"));
+  EXPECT_LE(100 * pointsIn("points"), 95 * pointsIn("all"));
 }
 
 TEST_F(ProgramDecode, FolderOfTheUserIsNotTouched)

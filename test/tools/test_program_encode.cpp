@@ -129,8 +129,7 @@ TEST_F(ProgramEncode, SensorPoseCropAndOutliersAreThoseOfTheNode)
 
 TEST_F(ProgramEncode, NumbersInNamesOfFilesOrderThem)
 {
-  const Clouds clouds = roomClouds(4);
-  writeClouds("room", clouds);
+  writeClouds("room", roomClouds(4));
   std::filesystem::create_directories(folder / "numbered");
   const char* const names[] = {"cloud_2", "cloud_009", "cloud_10", "cloud_11"};
   for (std::size_t i = 0; i < 4; ++i)
@@ -179,38 +178,18 @@ TEST_F(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
 
 TEST_F(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
 {
-  const Clouds clouds = roomClouds(4);
+  const Clouds clouds = roomClouds(3);
   std::filesystem::create_directories(folder / "room");
   ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "room/0.pcd", clouds[0]), 0);
   ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "room/1.pcd", clouds[1]), 0);
   ASSERT_EQ(pcl::io::savePLYFileBinary(folder / "room/2.ply", clouds[2]), 0);
-  writeBytes(folder / "room/3.bin", kittiBytes(clouds[3]));
   expectRun("encode 'room/*' -o pattern.pcxi --resolution 0.05");
   expectRun("encode room/ -o folder.pcxi --resolution 0.05");
-  expectRun("encode room/0.pcd room/1.pcd room/2.ply room/3.bin -o files.pcxi "
+  expectRun("encode room/0.pcd room/1.pcd room/2.ply -o files.pcxi "
             "--resolution 0.05");
-  writeClouds("binary", clouds);
-  expectRun("encode binary -o binary.pcxi --resolution 0.05");
-  const Bytes expected = bytesOf(folder / "binary.pcxi");
-  EXPECT_FALSE(expected.empty());
-  // Text has fewer digits, which may move a point across the side of a voxel.
-  expectRun("encode room/1.pcd room/2.ply room/3.bin -o three.pcxi -r 0.05");
-  expectRun("encode binary/001.pcd binary/002.pcd binary/003.pcd -o same.pcxi "
-            "-r 0.05");
-  EXPECT_EQ(bytesOf(folder / "three.pcxi"), bytesOf(folder / "same.pcxi"));
+  EXPECT_EQ(decode(folder / "folder.pcxi")[0].frames.size(), 3u);
   EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "folder.pcxi"));
   EXPECT_EQ(bytesOf(folder / "files.pcxi"), bytesOf(folder / "folder.pcxi"));
-}
-
-TEST_F(ProgramEncode, MostPointsMayBeInfinite)
-{
-  Clouds clouds = roomClouds(1);
-  for (std::size_t i = 0; i < clouds[0].size(); ++i)
-    if (i % 10 != 0)
-      clouds[0][i].x = std::numeric_limits<float>::infinity();
-  clouds[0].is_dense = false;
-  writeClouds("room", clouds);
-  expectRun("encode room -o x.mcap");
 }
 
 TEST_F(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
@@ -237,9 +216,14 @@ TEST_F(ProgramEncode, NothingIsWrittenUnderTheNameOfAnOutputThatFails)
 }
 TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
 {
-  std::vector<pcl::PointCloud<pcl::PointXYZI>> clouds = roomClouds(3);
+  Clouds clouds = roomClouds(3);
+  std::size_t infinite = 0; // most of the first cloud's
   for (auto& cloud : clouds) {
-    cloud[7].x = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < (&cloud == clouds.data() ? cloud.size() : 10); ++i)
+      if (i % 10 != 0) {
+        cloud[i].x = std::numeric_limits<float>::infinity();
+        ++infinite;
+      }
     cloud.is_dense = false;
   }
   writeClouds("room", clouds);
@@ -254,8 +238,8 @@ TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
   std::size_t outside = 0;
   for (const auto& cloud : clouds)
     for (const pcl::PointXYZI& point : cloud)
-      ++(std::isnan(point.x) ? outside : point.z >= 1.8f ? points : outside);
-  outside -= clouds.size();
+      ++(std::isinf(point.x) || point.z < 1.8f ? outside : points);
+  outside -= infinite;
   const auto bytes = static_cast<double>(bytesOf(folder / "x.pcxi").size());
   const auto text = [](double number, int digits) {
     char buffer[40];
@@ -273,7 +257,8 @@ TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
       hasPart(output,
               text(static_cast<double>(points) / static_cast<double>(voxels), 1) +
                   " points a voxel)"));
-  EXPECT_TRUE(hasPart(output, "3 points left out as not finite"));
+  EXPECT_TRUE(
+      hasPart(output, std::to_string(infinite) + " points left out as not finite"));
   EXPECT_TRUE(
       hasPart(output, std::to_string(outside) + " points left out outside the box"));
   // Three frames at 4 Hz take 0.75 s.

@@ -24,18 +24,6 @@ linesOf(const std::string& text)
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-std::vector<std::string>
-streamNames(const TestFolder& folder, const std::string& line)
-{
-  const ProgramRun result = runShell(folder, line);
-  EXPECT_EQ(result.status, 0) << result.errors;
-  std::vector<std::string> names;
-  const nlohmann::json json = nlohmann::json::parse(result.output);
-  for (const nlohmann::json& stream : json["streams"])
-    names.push_back(stream["name"]);
-  return names;
-}
-
 /** \brief A PLY file of a few points, or none; intensity 7 if the points have it. */
 Bytes
 plyOf(std::size_t points, bool has_intensity)
@@ -53,42 +41,40 @@ plyOf(std::size_t points, bool has_intensity)
 
 using ProgramInputs = ProgramTest;
 
-TEST_F(ProgramInputs, StandardInputHasOneName)
+TEST_F(ProgramInputs, StandardInputAndPipesHaveNames)
 {
-  writeClouds("room", roomClouds(2));
+  writeClouds("room", roomClouds(3));
   expectRun("encode room -o x.pcxi");
-  const std::vector<std::string> name = {"stdin"};
-  EXPECT_EQ(streamNames(folder, "cat x.pcxi | \"$P\" info - --json"), name);
-  EXPECT_EQ(streamNames(folder, "\"$P\" info - --json < x.pcxi"), name);
-  const std::vector<std::string> topic = {"/stdin"};
-  EXPECT_EQ(
-      streamNames(folder,
-                  "cat x.pcxi | \"$P\" cut - -o cut.mcap > cut.txt && \"$P\" info "
-                  "cut.mcap --json"),
-      topic);
-  EXPECT_EQ(
-      streamNames(folder,
-                  "cat room/000.pcd | \"$P\" encode - -o e.mcap > e.txt && \"$P\" "
-                  "info e.mcap --json"),
-      topic);
-}
-
-TEST_F(ProgramInputs, NamedPipesAreRead)
-{
-  writeClouds("room", roomClouds(1));
-  expectRun("encode room/000.pcd -o x.pcxi");
-  const ProgramRun result =
-      runShell("mkfifo pipe pipe2; cat room/000.pcd > pipe & \"$P\" encode pipe -o "
-               "y.pcxi; cat y.pcxi > pipe2 & \"$P\" cut pipe2 -o z.mcap");
-  EXPECT_EQ(result.status, 0) << result.errors;
-  EXPECT_EQ(result.errors, "");
-  EXPECT_EQ(bytesOf(folder / "y.pcxi"), bytesOf(folder / "x.pcxi"));
-  EXPECT_EQ(decode(folder / "z.mcap")[0].name, "/pipe2");
+  ASSERT_EQ(runShell("mkfifo pipe pipe2").status, 0);
+  const std::string info = "> out.txt && $P info y.mcap --json; rm -f y.mcap";
+  const std::pair<const char*, std::string> rows[] = {
+      {"stdin", "cat x.pcxi | $P info - --json"},
+      {"stdin", "$P info - --json < x.pcxi"},
+      {"/stdin", "cat x.pcxi | $P cut - -o y.mcap " + info},
+      {"/stdin", "cat room/000.pcd | $P encode - -o y.mcap " + info},
+      {"/pipe", "cat room/000.pcd > pipe & $P encode pipe -o y.mcap " + info},
+      {"/pipe2", "cat x.pcxi > pipe2 & $P cut pipe2 -o y.mcap " + info}};
+  for (const auto& [name, line] : rows) {
+    const ProgramRun result = runShell(line);
+    EXPECT_EQ(result.errors, "") << line;
+    const nlohmann::json streams = nlohmann::json::parse(result.output)["streams"];
+    ASSERT_EQ(streams.size(), 1u) << line;
+    EXPECT_EQ(streams[0]["name"], name) << line;
+  }
+  // What the program writes it also reads from a pipe.
+  const ProgramRun piped =
+      runShell("$P encode room -o - -q | $P decode - -o out -q && "
+               "$P encode room -o - -q | $P cut - -o part.pcxi --frames 0:2");
+  EXPECT_EQ(piped.status, 0) << piped.errors;
+  const DecodedStream whole = decode(folder / "x.pcxi")[0];
+  expectVoxels(whole.voxels[0], readCloud(folder / "out/000000.pcd"));
+  EXPECT_EQ(decode(folder / "part.pcxi")[0].frames.size(), 2u);
+  expectSameFrames(whole, 0, decode(folder / "part.pcxi")[0]);
 }
 
 TEST_F(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
 {
-  for (const char* extension : {"mcap", "pcxi", "pcd", "ply", "bin"}) {
+  for (const char* extension : {"mcap", "pcxi", "pcd", "bin"}) {
     SCOPED_TRACE(extension);
     const std::string name = std::string("x.") + extension;
     writeBytes(folder / name, {});
@@ -131,9 +117,8 @@ TEST_F(ProgramInputs, FilesOfSeveralFoldersAreAStreamForEach)
       expectSameFrames(streams[i], 0, others[i]);
     }
   }
-  const ProgramRun one = run("encode '*/0*.pcd' -o one.pcxi");
-  EXPECT_EQ(one.status, 0);
-  EXPECT_TRUE(hasPart(one.errors, "files of 2 folders become one stream"));
+  const ProgramRun one = expectRemark("encode '*/0*.pcd' -o one.pcxi",
+                                      "files of 2 folders become one stream");
   EXPECT_EQ(decode(folder / "one.pcxi")[0].frames.size(), 5u);
 }
 
@@ -162,16 +147,13 @@ TEST_F(ProgramInputs, QosOfABagsMetadataIsKept)
 
 TEST_F(ProgramInputs, AnotherCloudBehindTheFirstIsNotLeftOutSilently)
 {
-  const auto clouds = roomClouds(1);
-  ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "ascii.pcd", clouds[0]), 0);
-  ASSERT_EQ(pcl::io::savePCDFileBinary(folder / "binary.pcd", clouds[0]), 0);
-  ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "compressed.pcd", clouds[0]),
-            0);
+  const auto cloud = roomClouds(1)[0];
+  pcl::io::savePCDFileASCII(folder / "ascii.pcd", cloud);
+  pcl::io::savePCDFileBinary(folder / "binary.pcd", cloud);
+  pcl::io::savePCDFileBinaryCompressed(folder / "compressed.pcd", cloud);
   for (const std::string kind : {"ascii", "binary", "compressed"}) {
-    const std::string file = kind + ".pcd";
-    expectRun("encode " + file + " -o x.pcxi --overwrite");
     const ProgramRun result =
-        runShell("cat " + file + " ascii.pcd | \"$P\" encode - -o y.pcxi");
+        runShell("cat " + kind + ".pcd ascii.pcd | \"$P\" encode - -o y.pcxi");
     EXPECT_EQ(result.status, 1);
     EXPECT_TRUE(hasPart(result.errors, "another cloud follows the first one"));
   }
@@ -186,7 +168,7 @@ TEST_F(ProgramInputs, AnEmptyCloudIsAFrame)
   writeText(folder / "none/0.pcd", empty);
   writeText(folder / "none/1.pcd", empty);
   const ProgramRun kept = expectRun("encode none -o x.mcap --keep-order");
-  EXPECT_FALSE(hasPart(kept.errors, "the order of the points")) << kept.errors;
+  EXPECT_FALSE(hasPart(kept.errors, "the order of the points"));
   expectRun("encode none -o x.mcap --overwrite");
   EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
   expectRun("verify x.mcap");
@@ -199,26 +181,6 @@ TEST_F(ProgramInputs, AnEmptyCloudIsAFrame)
     expectRun("encode bag.mcap -o small.mcap --overwrite" + options);
     EXPECT_EQ(decode(folder / "small.mcap")[0].frames.size(), 1u) << options;
   }
-}
-
-TEST_F(ProgramInputs, EmptyCloudsWithoutFieldsDoNotDecideOnTheLaw)
-{
-  writeClouds("room", roomClouds(1));
-  expectRun("encode room -o room.mcap");
-  expectRun("decode room.mcap -o clouds.mcap");
-  recording::BagReader reader;
-  ASSERT_TRUE(reader.open(folder / "clouds.mcap").ok());
-  recording::McapMessage cloud;
-  ASSERT_TRUE(reader.read(reader.index()[0], cloud).ok());
-  recording::McapMessage empty = cloud;
-  recording::writePointCloud({}, false, empty.bytes);
-  cloud.log_time += std::chrono::seconds(1);
-  writeMcap(folder / "bag.mcap", {reader.channels()[0]}, {empty, cloud});
-  expectRun("encode bag.mcap -o small.mcap");
-  recording::RecordingReader small;
-  ASSERT_TRUE(small.open(folder / "small.mcap").ok());
-  EXPECT_EQ(small.streams()[0].frames, 2u);
-  EXPECT_EQ(small.streams()[0].metadata.at("intensity_law"), "native");
 }
 
 TEST_F(ProgramInputs, FailuresThatAreAlikeAreCounted)
@@ -261,7 +223,16 @@ TEST_F(ProgramInputs, CloudsWithoutPointsDoNotDecideOnTheLaw)
   expectRun("encode ply -o files.mcap");
   expectRun("decode files.mcap -o bag.mcap");
   expectRun("encode bag.mcap -o bag_again.mcap");
-  for (const char* name : {"files.mcap", "bag_again.mcap"}) {
+  // The same with a first message that has no fields either.
+  recording::BagReader bag;
+  ASSERT_TRUE(bag.open(folder / "bag.mcap").ok());
+  std::vector<recording::McapMessage> messages(3);
+  for (std::size_t i = 0; i < messages.size(); ++i)
+    ASSERT_TRUE(bag.read(bag.index().at(i), messages[i]).ok());
+  recording::writePointCloud({}, false, messages[0].bytes);
+  writeMcap(folder / "bare.mcap", {bag.channels()[0]}, messages);
+  expectRun("encode bare.mcap -o bare_again.mcap");
+  for (const char* name : {"files.mcap", "bag_again.mcap", "bare_again.mcap"}) {
     recording::RecordingReader reader;
     ASSERT_TRUE(reader.open(folder / name).ok());
     EXPECT_EQ(reader.streams()[0].metadata.at("intensity_law"), "native") << name;
@@ -294,14 +265,10 @@ TEST_F(ProgramInputs, AnIntensityThatLaterCloudsLackIs0)
   writeBytes(folder / "ply/2.ply", plyOf(3, false));
   writeBytes(folder / "ply/3.ply", plyOf(3, true));
   for (const char* const options : {"", " --law native", " --keep-order"}) {
-    const ProgramRun encoded =
-        run(std::string("encode ply -o x.mcap --overwrite") + options);
-    EXPECT_EQ(encoded.status, 0);
-    EXPECT_TRUE(hasPart(encoded.errors,
-                        "/ply, frame 1: its points get the intensity 0, and those of "
-                        "later clouds like it, as it has no field 'intensity' that can "
-                        "be read; the first cloud of the stream has one\n"))
-        << encoded.errors;
+    expectRemark(std::string("encode ply -o x.mcap --overwrite") + options,
+                 "/ply, frame 1: its points get the intensity 0, and those of "
+                 "later clouds like it, as it has no field 'intensity' that can "
+                 "be read; the first cloud of the stream has one\n");
     EXPECT_EQ(run("decode x.mcap -o out --overwrite").status, 0);
     for (const char* const name : {"0", "1", "2", "3"}) {
       const auto cloud = readCloud(folder / ("out/00000" + std::string(name) + ".pcd"));

@@ -101,26 +101,6 @@ writeCloudBag(const std::string& path, const std::vector<PointCloudMessage>& clo
 }
 
 void
-writeCloudBag(const std::string& path, const PointCloudMessage& cloud)
-{
-  writeCloudBag(path, std::vector<PointCloudMessage>{cloud});
-}
-
-PointCloudMessage
-readCloud(const std::string& path, std::size_t number, std::size_t count)
-{
-  const std::vector<PointCloudMessage> clouds = cloudsOf(path);
-  EXPECT_EQ(clouds.size(), count);
-  return clouds.at(number);
-}
-
-PointCloudMessage
-readOnlyCloud(const std::string& path)
-{
-  return readCloud(path, 0, 1);
-}
-
-void
 expectFields(const std::vector<PointFieldMessage>& fields,
              const std::vector<PointFieldMessage>& expected)
 {
@@ -133,17 +113,32 @@ expectFields(const std::vector<PointFieldMessage>& fields,
   }
 }
 
+DriverPoint
+pointOf(const PointCloudMessage& cloud, std::uint32_t row, std::uint32_t column)
+{
+  DriverPoint point{};
+  std::memcpy(&point,
+              &cloud.bytes[row * cloud.row_step + column * sizeof(point)],
+              sizeof(point));
+  return point;
+}
+
 class ProgramLayouts : public ProgramTest {
 protected:
-  PointCloudMessage
-  encodeAndDecode(const std::string& encode_options, const std::string& decode_options)
+  /** \brief Encodes a bag, which tells what is left out. */
+  void
+  encode(const std::vector<PointCloudMessage>& clouds, const std::string& options)
   {
-    // It tells what is left out.
-    EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01 --overwrite " + encode_options)
-                  .status,
-              0);
-    expectRun("decode small.mcap -o again.mcap --overwrite " + decode_options);
-    return readOnlyCloud(folder / "again.mcap");
+    writeCloudBag(folder / "bag.mcap", clouds);
+    EXPECT_EQ(
+        run("encode bag.mcap -o small.mcap -r 0.01 --overwrite " + options).status, 0);
+  }
+
+  std::vector<PointCloudMessage>
+  decode(const std::string& options = "")
+  {
+    expectRun("decode small.mcap -o again.mcap --overwrite " + options);
+    return cloudsOf(folder / "again.mcap");
   }
 };
 
@@ -151,8 +146,8 @@ protected:
 
 TEST_F(ProgramLayouts, PointsCanBeReadAsTheStructuresThatTheyWere)
 {
-  writeCloudBag(folder / "bag.mcap", driverMessage());
-  const PointCloudMessage cloud = encodeAndDecode("--keep-order --fields all", "");
+  encode({driverMessage()}, "--keep-order --fields all");
+  const PointCloudMessage cloud = decode().at(0);
   expectFields(cloud.fields, driver_fields);
   ASSERT_EQ(cloud.point_step, sizeof(DriverPoint));
   ASSERT_EQ(cloud.row_step, columns * sizeof(DriverPoint) + row_padding);
@@ -162,10 +157,7 @@ TEST_F(ProgramLayouts, PointsCanBeReadAsTheStructuresThatTheyWere)
   for (std::uint32_t row = 0; row < rows; ++row)
     for (std::uint32_t column = 0; column < columns; ++column) {
       const DriverPoint original = driverPoint(row, column);
-      DriverPoint point{};
-      std::memcpy(&point,
-                  &cloud.bytes[row * cloud.row_step + column * sizeof(point)],
-                  sizeof(point));
+      DriverPoint point = pointOf(cloud, row, column);
       EXPECT_NEAR(point.x, original.x, 0.0051f);
       EXPECT_NEAR(point.y, original.y, 0.0051f);
       EXPECT_NEAR(point.z, original.z, 0.0051f);
@@ -176,109 +168,67 @@ TEST_F(ProgramLayouts, PointsCanBeReadAsTheStructuresThatTheyWere)
       ASSERT_EQ(std::memcmp(&point, &original, sizeof(point)), 0)
           << row << " " << column;
     }
-}
-
-TEST_F(ProgramLayouts, MayChangeWithinATopic)
-{
-  // The same points, with fewer fields in another order, and without gaps.
-  std::vector<PointCloudMessage> clouds(4, driverMessage());
-  for (std::uint32_t i = 0; i < 4; ++i)
-    clouds[i].stamp += std::chrono::seconds(i);
-  for (std::uint32_t i = 2; i < 4; ++i) {
-    PointCloudMessage& cloud = clouds[i];
-    cloud.fields = {{"z", 0, pcl::PCLPointField::FLOAT32, 1},
-                    {"x", 4, pcl::PCLPointField::FLOAT32, 1},
-                    {"y", 8, pcl::PCLPointField::FLOAT32, 1},
-                    {"intensity", 12, pcl::PCLPointField::FLOAT32, 1}};
-    cloud.point_step = 16;
-    cloud.row_step = 16 * columns;
-    cloud.bytes.clear();
-    for (std::uint32_t point = 0; point < rows * columns; ++point) {
-      const DriverPoint driver = driverPoint(point / columns, point % columns);
-      for (const float number : {driver.z, driver.x, driver.y, driver.intensity}) {
-        std::array<std::uint8_t, sizeof(number)> bytes{};
-        std::memcpy(bytes.data(), &number, sizeof(number));
-        cloud.bytes.insert(cloud.bytes.end(), bytes.begin(), bytes.end());
-      }
-    }
-  }
-  writeCloudBag(folder / "bag.mcap", clouds);
-  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01 --keep-order").status, 0);
-  expectRun("decode small.mcap -o again.mcap");
-  expectRun("cut small.mcap -o part.mcap --frames 3:4");
-  expectRun("decode part.mcap -o part_again.mcap --frames 1:2");
-  for (std::uint32_t i = 0; i < 5; ++i) {
-    const PointCloudMessage cloud = i < 4 ? readCloud(folder / "again.mcap", i, 4)
-                                          : readOnlyCloud(folder / "part_again.mcap");
-    const bool is_driver = i < 2;
-    EXPECT_EQ(cloud.point_step, is_driver ? sizeof(DriverPoint) : 16u);
-    ASSERT_EQ(cloud.row_step,
-              columns * cloud.point_step + (is_driver ? row_padding : 0u));
-    EXPECT_EQ(cloud.fields[0].name, is_driver ? "x" : "z");
-    for (std::uint32_t point = 0; point < rows * columns; ++point) {
-      float x = 0.0f;
-      std::memcpy(
-          &x,
-          &cloud.bytes[point / columns * cloud.row_step +
-                       point % columns * cloud.point_step + (is_driver ? 0 : 4)],
-          sizeof(x));
-      ASSERT_NEAR(x, driverPoint(point / columns, point % columns).x, 0.0051f);
-    }
-  }
-}
-
-TEST_F(ProgramLayouts, EmptyCloudsHaveThatOfTheirFields)
-{
-  std::vector<PointCloudMessage> clouds(3, driverMessage());
-  for (std::uint32_t i = 0; i < 3; ++i)
-    clouds[i].stamp += std::chrono::seconds(i);
-  for (const std::size_t i : {0u, 2u}) {
-    clouds[i].height = 1;
-    clouds[i].width = clouds[i].row_step = 0;
-    clouds[i].bytes.clear();
-  }
-  writeCloudBag(folder / "bag.mcap", clouds);
-  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01").status, 0);
-  expectRun("decode small.mcap -o again.mcap");
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    const PointCloudMessage cloud = readCloud(folder / "again.mcap", i, 3);
-    EXPECT_EQ(cloud.point_step, sizeof(DriverPoint)) << i;
-    expectFields(cloud.fields, {driver_fields.begin(), driver_fields.begin() + 4});
-  }
-}
-
-TEST_F(ProgramLayouts, PackedPointsHaveNoPadding)
-{
-  writeCloudBag(folder / "bag.mcap", driverMessage());
-  const PointCloudMessage cloud =
-      encodeAndDecode("--keep-order --fields all", "--packed");
-  EXPECT_EQ(cloud.point_step, 4 * sizeof(float) + 4 + 2 + 1 + 4);
-  EXPECT_EQ(cloud.row_step, columns * cloud.point_step);
-  EXPECT_EQ(cloud.bytes.size(), std::size_t{rows} * cloud.row_step);
+  const PointCloudMessage packed = decode("--packed").at(0);
+  EXPECT_EQ(packed.point_step, 4 * sizeof(float) + 4 + 2 + 1 + 4);
+  EXPECT_EQ(packed.row_step, columns * packed.point_step);
+  EXPECT_EQ(packed.bytes.size(), std::size_t{rows} * packed.row_step);
   expectFailure("decode small.mcap -o clouds --packed", 2, "--packed is for a bag");
 }
 
-TEST_F(ProgramLayouts, PointsAreSortedByTimeOrArrangedByRing)
+TEST_F(ProgramLayouts, MayChangeWithinATopicAndAreThoseOfEmptyClouds)
 {
-  writeCloudBag(folder / "bag.mcap", driverMessage());
-  const std::string kept = "--keep-points --fields t,ring";
-  const PointCloudMessage sorted = encodeAndDecode(kept, "--sort-by-time --packed");
-  ASSERT_EQ(sorted.height, 1u);
-  ASSERT_EQ(sorted.width, rows * columns);
-  const std::size_t time_offset = 4 * sizeof(float);
-  for (std::uint32_t i = 0; i < sorted.width; ++i) {
-    std::uint32_t time = 0;
-    std::memcpy(
-        &time, &sorted.bytes[i * sorted.point_step + time_offset], sizeof(time));
-    // By columns, and in these by rows.
-    EXPECT_EQ(time, 1000 * (i / rows) + i % rows);
+  PointCloudMessage empty = driverMessage();
+  empty.height = 1;
+  empty.width = empty.row_step = 0;
+  empty.bytes.clear();
+  PointCloudMessage other; // coordinates in doubles, and whole intensities before them
+  other.height = 1;
+  other.width = 100;
+  other.fields = {{"intensity", 0, pcl::PCLPointField::UINT8, 1},
+                  {"x", 8, pcl::PCLPointField::FLOAT64, 1},
+                  {"y", 16, pcl::PCLPointField::FLOAT64, 1},
+                  {"z", 24, pcl::PCLPointField::FLOAT64, 1}};
+  other.point_step = 32;
+  other.row_step = 32 * other.width;
+  other.bytes.assign(other.row_step, 0);
+  for (std::uint32_t i = 0; i < other.width; ++i) {
+    const double position[3] = {0.03 * i, 1.0, 2.0};
+    other.bytes[32 * i] = static_cast<std::uint8_t>(2 * i);
+    std::memcpy(&other.bytes[32 * i + 8], position, sizeof(position));
   }
-  expectFailure("decode small.mcap -o clouds --sort-by-time --arrange-by-ring",
-                2,
-                "--sort-by-time excludes --arrange-by-ring");
+  std::vector<PointCloudMessage> clouds = {
+      empty, driverMessage(), driverMessage(), other, other};
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    clouds[i].stamp = std::chrono::seconds(1 + i);
+  encode(clouds, "--keep-order");
+  std::vector<PointCloudMessage> decoded = decode();
+  ASSERT_EQ(decoded.size(), 5u);
+  // A part has them, too.
+  expectRun("cut small.mcap -o part.mcap --frames 4:5");
+  expectRun("decode part.mcap -o again.mcap --overwrite");
+  decoded.push_back(cloudsOf(folder / "again.mcap").back());
+  for (std::size_t i = 0; i < decoded.size(); ++i) {
+    SCOPED_TRACE(i);
+    const PointCloudMessage& cloud = decoded[i];
+    if (i < 3) {
+      EXPECT_EQ(cloud.point_step, sizeof(DriverPoint));
+      expectFields(cloud.fields, {driver_fields.begin(), driver_fields.begin() + 4});
+      continue;
+    }
+    expectFields(cloud.fields, other.fields);
+    ASSERT_EQ(cloud.bytes.size(), other.bytes.size());
+    for (std::uint32_t point = 0; point < cloud.width; ++point) {
+      double position[3];
+      std::memcpy(position, &cloud.bytes[32 * point + 8], sizeof(position));
+      EXPECT_EQ(cloud.bytes[32 * point], 2 * point);
+      EXPECT_NEAR(position[0], 0.03 * point, 0.0051);
+      EXPECT_NEAR(position[1], 1.0, 0.0051);
+    }
+  }
+  EXPECT_NEAR(pointOf(decoded[2], 1, 1).x, driverPoint(1, 1).x, 0.0051f);
 }
 
-TEST_F(ProgramLayouts, RowsAreThoseOfTheRings)
+TEST_F(ProgramLayouts, PointsAreSortedByTimeOrArrangedByRing)
 {
   PointCloudMessage message = driverMessage();
   for (std::uint32_t row = 0; row < rows; ++row)
@@ -289,77 +239,42 @@ TEST_F(ProgramLayouts, RowsAreThoseOfTheRings)
           &time,
           sizeof(time));
     }
-  writeCloudBag(folder / "bag.mcap", message);
-  const PointCloudMessage cloud =
-      encodeAndDecode("--keep-points --fields t,ring", "--arrange-by-ring");
-  ASSERT_EQ(cloud.height, rows);
-  ASSERT_EQ(cloud.width, columns);
+  encode({message}, "--keep-points --fields t,ring");
+  const PointCloudMessage sorted = decode("--sort-by-time").at(0);
+  ASSERT_EQ(sorted.height, 1u);
+  ASSERT_EQ(sorted.width, rows * columns);
+  for (std::uint32_t i = 0; i < sorted.width; ++i) { // by columns, and in these by rows
+    EXPECT_EQ(pointOf(sorted, 0, i).t, 1000 * (i / rows));
+    EXPECT_EQ(pointOf(sorted, 0, i).ring, i % rows);
+  }
+  const PointCloudMessage arranged = decode("--arrange-by-ring").at(0);
+  ASSERT_EQ(arranged.height, rows);
+  ASSERT_EQ(arranged.width, columns);
   for (std::uint32_t row = 0; row < rows; ++row)
     for (std::uint32_t column = 0; column < columns; ++column) {
-      DriverPoint point{};
-      std::memcpy(&point,
-                  &cloud.bytes[row * cloud.row_step + column * sizeof(point)],
-                  sizeof(point));
-      EXPECT_EQ(point.ring, row);
-      EXPECT_EQ(point.t, 1000 * column);
+      EXPECT_EQ(pointOf(arranged, row, column).ring, row);
+      EXPECT_EQ(pointOf(arranged, row, column).t, 1000 * column);
     }
-}
-
-TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
-{
-  writeCloudBag(folder / "bag.mcap", driverMessage());
-  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01 --pose=600000,5200000,0,0,0,0,1")
-                .status,
-            0);
-  const ProgramRun decoded = run("decode small.mcap -o again.mcap");
-  EXPECT_EQ(decoded.status, 0);
-  EXPECT_TRUE(hasPart(decoded.errors, "as coordinates need FLOAT64 now"));
-  const PointCloudMessage cloud = readOnlyCloud(folder / "again.mcap");
-  ASSERT_EQ(cloud.fields[0].datatype, pcl::PCLPointField::FLOAT64);
-  double x = 0.0;
-  std::memcpy(&x, cloud.bytes.data(), sizeof(x));
-  EXPECT_NEAR(x, 600000.0, 10.0);
-}
-TEST_F(ProgramLayouts, CloudsWithoutATimeAreNotSorted)
-{
-  writeCloudBag(folder / "bag.mcap", driverMessage());
-  EXPECT_EQ(run("encode bag.mcap -o small.mcap -r 0.01").status, 0);
+  expectFailure("decode small.mcap -o clouds --sort-by-time --arrange-by-ring",
+                2,
+                "--sort-by-time excludes --arrange-by-ring");
+  encode({message}, "");
   expectFailure(
-      "decode small.mcap -o again.mcap --sort-by-time",
+      "decode small.mcap -o again.mcap --overwrite --sort-by-time",
       1,
       "/points/pcl_ext, frame 0: its points stay in the order of the frame: the "
       "cloud has no field 't', ");
 }
 
-TEST_F(ProgramLayouts, CoordinatesStayDoublesAndIntensitiesWholeNumbers)
+TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
 {
-  PointCloudMessage message;
-  message.stamp = recording::Time(1'000'000'000);
-  message.height = 1;
-  message.width = 100;
-  message.fields = {{"intensity", 0, pcl::PCLPointField::UINT8, 1},
-                    {"x", 8, pcl::PCLPointField::FLOAT64, 1},
-                    {"y", 16, pcl::PCLPointField::FLOAT64, 1},
-                    {"z", 24, pcl::PCLPointField::FLOAT64, 1}};
-  message.point_step = 32;
-  message.row_step = 32 * message.width;
-  message.bytes.assign(message.row_step, 0);
-  for (std::uint32_t i = 0; i < message.width; ++i) {
-    const double position[3] = {0.03 * i, 1.0, 2.0};
-    message.bytes[32 * i] = static_cast<std::uint8_t>(2 * i);
-    std::memcpy(&message.bytes[32 * i + 8], position, sizeof(position));
-  }
-  writeCloudBag(folder / "bag.mcap", message);
-  const PointCloudMessage cloud = encodeAndDecode("--keep-order", "");
-  expectFields(cloud.fields, message.fields);
-  ASSERT_EQ(cloud.bytes.size(), message.bytes.size());
-  for (std::uint32_t i = 0; i < cloud.width; ++i) {
-    double position[3];
-    std::memcpy(position, &cloud.bytes[32 * i + 8], sizeof(position));
-    EXPECT_EQ(cloud.bytes[32 * i], 2 * i);
-    EXPECT_NEAR(position[0], 0.03 * i, 0.0051);
-    EXPECT_NEAR(position[1], 1.0, 0.0051);
-  }
+  encode({driverMessage()}, "--pose=600000,5200000,0,0,0,0,1");
+  expectRemark("decode small.mcap -o again.mcap", "as coordinates need FLOAT64 now");
+  const PointCloudMessage cloud = cloudsOf(folder / "again.mcap").at(0);
+  ASSERT_EQ(cloud.fields[0].datatype, pcl::PCLPointField::FLOAT64);
+  double x = 0.0;
+  std::memcpy(&x, cloud.bytes.data(), sizeof(x));
+  EXPECT_NEAR(x, 600000.0, 10.0);
 }
 
 } // namespace pcl_ext::tools::test

@@ -45,9 +45,8 @@ TEST_F(ProgramLimits, FramesAboveADecodersDefaultAreRead)
   const ProgramRun verified = expectRun("verify x.mcap");
   EXPECT_EQ(verified.output, "1 frame decoded, 0 lost\n");
   expectRun("decode x.mcap -o y.mcap --bag");
-  const ProgramRun limited = run("decode x.mcap -o z --max-voxels 1000000");
-  EXPECT_EQ(limited.status, 1);
-  EXPECT_TRUE(hasPart(limited.errors, "exceed the limit of 1000000"));
+  expectRemark(
+      "decode x.mcap -o z --max-voxels 1000000", "exceed the limit of 1000000", 1);
 }
 
 TEST_F(ProgramLimits, RegularGridsOfManyVoxelsAreRead)
@@ -82,7 +81,7 @@ TEST_F(ProgramLimits, StreamsShareTheMemory)
        {std::pair<std::string, std::string>{"1MB", "1 MB"}, {"1kB", "1000 bytes"}}) {
     const ProgramRun none = run("verify x.mcap --memory-limit " + limit);
     EXPECT_EQ(none.status, 1);
-    EXPECT_TRUE(hasPart(none.output, "the memory limit is " + text)) << none.output;
+    EXPECT_TRUE(hasPart(none.output, "the memory limit is " + text));
   }
 }
 

@@ -21,45 +21,40 @@ using view::test::LiveSource;
 using view::test::timeOfFrame;
 using view::test::waitFor;
 
-using ProgramLosses = ProgramTest;
+using ProgramLosses = SiteTest;
 
 TEST_F(ProgramLosses, WhatCannotBeRecordedIsToldAndTheRestDecodes)
 {
-  const NatsServer server;
-  for (const std::string name : {"x.mcap", "x.pcxi"}) {
-    Receiving receiving(folder, name, at(server) + "-o " + name);
-    SitePublisher publisher(server);
-    LiveSource source(1000);
-    for (std::size_t i = 0; i < 40; ++i) {
-      if (publisher.takeRequest())
-        source.requestIFrame();
-      Bytes frame = source.next();
-      if (i == 20)
-        frame.back() ^= 1;
-      publisher.publish(i == 10 ? Time(-1) : timeOfFrame(i), frame);
-      if (i == 10 || i == 20) {
-        EXPECT_TRUE(waitFor([&] { return publisher.takeRequest(); }));
-        source.requestIFrame();
-        // The next request is not sent earlier.
-        std::this_thread::sleep_for(
-            link::SubscriberSettings().i_frame_request_interval);
-      }
+  Receiving receiving(folder, at(server) + "-o x.mcap");
+  SitePublisher publisher(server);
+  LiveSource source(1000);
+  for (std::size_t i = 0; i < 40; ++i) {
+    if (publisher.takeRequest())
+      source.requestIFrame();
+    Bytes frame = source.next();
+    if (i == 20)
+      frame.back() ^= 1;
+    publisher.publish(i == 10 ? Time(-1) : timeOfFrame(i), frame);
+    if (i == 10 || i == 20) {
+      EXPECT_TRUE(waitFor([&] { return publisher.takeRequest(); }));
+      source.requestIFrame();
+      // The next request is not sent earlier.
+      std::this_thread::sleep_for(link::SubscriberSettings().i_frame_request_interval);
     }
-    EXPECT_EQ(receiving.end(SIGINT), 1) << receiving.errors();
-    EXPECT_TRUE(
-        hasPart(receiving.errors(),
-                "/sensor, frame 10: it is not recorded: a frame of a negative time"));
-    EXPECT_TRUE(
-        hasPart(receiving.errors(), "/sensor: 39 frames, 1 with a wrong checksum"));
-    EXPECT_TRUE(hasPart(receiving.output(), name + ": 38 frames"));
-    EXPECT_EQ(decode(folder / name).at(0).frames.size(), 38u);
   }
+  EXPECT_EQ(receiving.end(SIGINT), 1) << receiving.errors();
+  EXPECT_TRUE(
+      hasPart(receiving.errors(),
+              "/sensor, frame 10: it is not recorded: a frame of a negative time"));
+  EXPECT_TRUE(
+      hasPart(receiving.errors(), "/sensor: 39 frames, 1 with a wrong checksum"));
+  EXPECT_TRUE(hasPart(receiving.output(), "x.mcap: 38 frames"));
+  EXPECT_EQ(decode(folder / "x.mcap").at(0).frames.size(), 38u);
 }
 
 TEST_F(ProgramLosses, FramesThatComeTwiceAreToldAndLoseNothing)
 {
-  const NatsServer server;
-  Receiving receiving(folder, "receive", at(server) + "-o x.mcap");
+  Receiving receiving(folder, at(server) + "-o x.mcap");
   link::test::Stranger sensor(server);
   LiveSource source(1000);
   for (std::size_t i = 1; i <= 10; ++i) {
@@ -89,10 +84,9 @@ TEST_F(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
         hasPart(copied.output, output + ": 17 frames of 1 stream, 12 frames lost"));
     EXPECT_EQ(decode(folder / output).at(0).frames.size(), 17u);
   }
-  const NatsServer server;
   for (const std::string input : {"damaged.pcxi", "- < damaged.pcxi"}) {
     SCOPED_TRACE(input);
-    Receiving receiving(folder, "receive", at(server) + "--overwrite -o received.pcxi");
+    Receiving receiving(folder, at(server) + "--overwrite -o received.pcxi");
     const ProgramRun sent = run("send" + at(server) + input);
     EXPECT_EQ(sent.status, 1);
     EXPECT_TRUE(hasPart(sent.output, "17 frames sent"));
@@ -106,10 +100,9 @@ TEST_F(ProgramLosses, FramesThatNeedALostOneAreNotCopiedAndNotSent)
 TEST_F(ProgramLosses,
        FramesThatCameAndWereLeftOutAreToldAndFailUnlessNoIFrameWasThereYet)
 {
-  const NatsServer server;
   const KnownStream stream = knownStream(0, 30, 10);
   const auto receive = [&](std::size_t first, std::size_t missing) {
-    Receiving receiving(folder, "receive", at(server) + "--overwrite -o received.mcap");
+    Receiving receiving(folder, at(server) + "--overwrite -o received.mcap");
     SitePublisher publisher(server);
     for (std::size_t i = first; i < stream.frames.size(); ++i)
       if (i != missing)
@@ -128,12 +121,10 @@ TEST_F(ProgramLosses,
 
 TEST_F(ProgramLosses, WhatAHangingServerDoesNotAnswerIsToldAndNotTheMachinesFault)
 {
-  NatsServer server;
   writeClouds("room", roomClouds(200));
-  BackgroundProgram receiving(folder, "receive", "receive -o x.mcap" + at(server));
-  receiving.waitForError("receiving from site");
+  Receiving receiving(folder, at(server) + "-o x.mcap");
   BackgroundProgram sending(
-      folder, "send", "send room --rate 20 --resolution 0.05" + at(server));
+      folder, "exec $P send room --rate 20 --resolution 0.05" + at(server));
   EXPECT_TRUE(waitFor([&] {
     return fs::exists(folder / "x.mcap.unfinished") &&
            fs::file_size(folder / "x.mcap.unfinished") > 10000;
@@ -151,8 +142,7 @@ TEST_F(ProgramLosses, WhatAHangingServerDoesNotAnswerIsToldAndNotTheMachinesFaul
 
 TEST_F(ProgramLosses, AFileOfOneStreamAsksForNoIFramesOfOthers)
 {
-  const NatsServer server;
-  Receiving receiving(folder, "receive", at(server) + "-o x.pcxi");
+  Receiving receiving(folder, at(server) + "-o x.pcxi");
   SitePublisher first(server);
   SitePublisher other(server, "/other");
   LiveSource source(1000);

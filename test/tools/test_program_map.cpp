@@ -11,11 +11,10 @@ namespace pcl_ext::tools::test {
 
 namespace fs = std::filesystem;
 
-using ProgramMap = ProgramTest;
+using ProgramMap = SiteTest;
 
 TEST_F(ProgramMap, ReplacesNoFileUnlessAsked)
 {
-  const NatsServer server;
   const Bytes precious{'o', 'w', 'n'};
   for (const char* const map : {"mine.ot", "old.ot"})
     writeBytes(folder / map, precious);
@@ -24,8 +23,8 @@ TEST_F(ProgramMap, ReplacesNoFileUnlessAsked)
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   writeClouds("room", roomClouds(5));
   const std::string replace = at(server) + "--overwrite --map ";
-  Receiving empty(folder, "empty", replace + "mine.ot --min-intensity 1e9");
-  Receiving receiving(folder, "receive", replace + "old.ot");
+  Receiving empty(folder, replace + "mine.ot --min-intensity 1e9");
+  Receiving receiving(folder, replace + "old.ot");
   expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
   EXPECT_EQ(empty.end(SIGINT), 1);
   EXPECT_TRUE(hasPart(empty.errors(), "the map is empty, and not written: "));
@@ -40,9 +39,8 @@ TEST_F(ProgramMap, ReplacesNoFileUnlessAsked)
 
 TEST_F(ProgramMap, KeepsAFileThatAppearsWhileItRuns)
 {
-  const NatsServer server;
   writeClouds("room", roomClouds(5));
-  Receiving receiving(folder, "receive", at(server) + "--map map.ot");
+  Receiving receiving(folder, at(server) + "--map map.ot");
   const Bytes precious{'o', 'w', 'n'};
   writeBytes(folder / "map.ot", precious);
   expectRun("send -q room --rate 50 --resolution 0.05 --pose 0,0,0,0,0,0" + at(server));
@@ -55,32 +53,15 @@ TEST_F(ProgramMap, KeepsAFileThatAppearsWhileItRuns)
   EXPECT_GT(bytesOf(folder / "map.ot.unfinished").size(), 1000u);
 }
 
-TEST_F(ProgramMap, RefusesFilesThatAreNoMaps)
-{
-  const NatsServer server;
-  expectRefusals({{"receive --for 10ms --map -" + at(server),
-                   2,
-                   "--map is '-'; it must be a file"},
-                  {"receive --for 10ms --map x.bt" + at(server),
-                   2,
-                   "--map is 'x.bt'; it must not end in "},
-                  {"receive --for 10ms --map no/x.ot" + at(server),
-                   2,
-                   "--map is 'no/x.ot'; it must be a "}});
-  EXPECT_FALSE(fs::exists(folder / "x.bt"));
-  EXPECT_FALSE(fs::exists(folder / "-"));
-}
-
 TEST_F(ProgramMap, HasVoxelsOfNoNativeIntensity)
 {
-  const NatsServer server;
   auto clouds = roomClouds(2);
   for (auto& cloud : clouds)
     for (pcl::PointXYZI& point : cloud)
       point.intensity = 0.0f;
   writeClouds("dark", clouds);
   const auto statusOf = [&](const std::string& map, const std::string& options) {
-    Receiving receiving(folder, map, at(server) + "--map " + map + options);
+    Receiving receiving(folder, at(server) + "--map " + map + options);
     expectRun("send -q dark --rate 50 -r 0.05 --law native" + at(server));
     return receiving.end(SIGINT);
   };

@@ -138,30 +138,25 @@ TEST_F(ProgramOptions, RemovedOutliersOfLidarsAreCountedAsPoints)
   PointOutlierRemoval removal;
   std::vector<float> log_odds;
   const std::size_t removed = removal.score(scan.view(), log_odds).removed;
-  const auto returns = std::count_if(
-      scan.ranges.begin(), scan.ranges.end(), [](float range) { return range > 0.0f; });
-  ASSERT_GT(removed, 50u);
-  const std::string encode = "encode lidar -r 0.05 --law count --remove-outliers ";
-  ASSERT_TRUE(removed < 1000 && returns > 1999 && returns < 3000) << returns;
-  const std::string points = std::to_string(removed) + " of 2," +
-                             std::to_string(returns).substr(1) +
-                             " points removed as outliers by a lidar's rays";
+  ASSERT_TRUE(removed > 50 && removed < 1000) << removed;
+  const std::string points = " points removed as outliers by a lidar's rays";
   // With a remark that rows and columns are not kept.
-  const ProgramRun judged = run(encode + "-o x.pcxi");
+  const std::string encode =
+      "encode lidar --law count --remove-outliers --overwrite -o ";
+  const ProgramRun judged = run(encode + "x.pcxi -r 0.05");
   EXPECT_EQ(judged.status, 0) << judged.errors;
-  const std::string& output = judged.output;
-  EXPECT_TRUE(hasPart(output, points));
-  EXPECT_FALSE(hasPart(output, "voxels removed"));
-  EXPECT_FALSE(hasPart(output, "beyond box"));
-  const std::string named = run(encode + "-o y.pcxi --unit voxels").output;
+  EXPECT_TRUE(hasPart(judged.output, std::to_string(removed) + " of 2,"));
+  EXPECT_TRUE(hasPart(judged.output, points));
+  EXPECT_FALSE(hasPart(judged.output, "voxels removed"));
+  EXPECT_FALSE(hasPart(judged.output, "beyond box"));
+  const std::string named = run(encode + "y.pcxi -r 0.05 --unit voxels").output;
   EXPECT_FALSE(hasPart(named, "lidar's rays"));
   EXPECT_TRUE(hasPart(named, " voxels removed as outliers"));
   // Points are judged at any edge, voxels are not.
-  const std::string large = "encode lidar -r 0.25 --remove-outliers -o z.pcxi";
-  EXPECT_TRUE(hasPart(run(large).output, points));
+  EXPECT_TRUE(hasPart(run(encode + "z.pcxi -r 0.25").output, points));
   const std::string refused =
       "--resolution is 0.25; it must be 0.001 to 0.2 m for outliers to be removed";
-  expectFailure(large + " --overwrite --unit rays", 2, refused);
+  expectFailure(encode + "z.pcxi -r 0.25 --unit rays", 2, refused);
   writeClouds("room", roomClouds(2));
   expectFailure("encode room -r 0.25 --remove-outliers -o w.pcxi", 2, refused);
 }
@@ -170,12 +165,12 @@ TEST_F(ProgramOptions, WhyNoCloudHasRoomIsTold)
 {
   writeClouds("room", roomClouds(5));
   const ProgramRun result =
-      run("encode room -o x.mcap -r 0.001 --rate 10 --max-rate 1kbit/s "
-          "--rate-doublings 0");
-  EXPECT_EQ(result.status, 1);
-  EXPECT_TRUE(hasPart(result.errors, " no room for any of its 5 clouds"));
-  EXPECT_TRUE(hasPart(result.errors, "has room for 31 bytes now, the last frame that "))
-      << result.errors;
+      expectRemark("encode room -o x.mcap -r 0.001 --rate 10 --max-rate 1kbit/s "
+                   "--rate-doublings 0",
+                   " no room for any of its 5 clouds",
+                   1);
+  EXPECT_TRUE(
+      hasPart(result.errors, "has room for 31 bytes now, the last frame that "));
 }
 
 TEST_F(ProgramOptions, AnAssumedRateOfCloudsIsToldWithABudget)
@@ -195,12 +190,11 @@ TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)
   const std::string encode =
       "encode room --law count --rate 20 -o x.mcap --overwrite --remove-outliers -r ";
   const ProgramRun large = run(encode + "0.15 --max-rate 4kbit/s");
-  EXPECT_TRUE(hasPart(large.errors, "/room: outliers stay in ")) << large.errors;
-  EXPECT_FALSE(hasPart(large.output, "judged by")) << large.output;
-  const ProgramRun decoded = run("decode x.mcap -o decoded -q --remove-outliers");
-  EXPECT_EQ(decoded.status, 1);
-  EXPECT_TRUE(hasPart(decoded.errors, "outliers stay: no voxel was judged"))
-      << decoded.errors;
+  EXPECT_TRUE(hasPart(large.errors, "/room: outliers stay in "));
+  EXPECT_FALSE(hasPart(large.output, "judged by"));
+  expectRemark("decode x.mcap -o decoded -q --remove-outliers",
+               "outliers stay: no voxel was judged",
+               1);
   const auto json = nlohmann::json::parse(
       run(encode + "0.02 --max-rate 100kbit/s --json").output)["bags"][0];
   const auto number = [&](const char* name) { return json[name].get<std::size_t>(); };
@@ -213,7 +207,7 @@ TEST_F(ProgramOptions, WhatTheRateControlDoesToVoxelsIsTold)
     voxels += frame.size();
   EXPECT_EQ(number("voxels"), voxels);
   const ProgramRun text = run(encode + "0.02 --max-rate 100kbit/s");
-  EXPECT_TRUE(hasPart(text.output, " hidden by the temporal filter")) << text.output;
+  EXPECT_TRUE(hasPart(text.output, " hidden by the temporal filter"));
 }
 
 TEST_F(ProgramOptions, ProgressFitsANarrowTerminal)

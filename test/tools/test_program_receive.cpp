@@ -3,7 +3,6 @@
 #include <pcl_ext/link/frame_subscriber.h>
 
 #include "tools/site_program.h"
-#include "view/clients.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +10,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -42,13 +40,12 @@ expectTwoStreams(const std::string& path, const std::vector<KnownStream>& sent)
 
 } // namespace
 
-using ProgramSite = ProgramTest;
+using ProgramSite = SiteTest;
 
 TEST_F(ProgramSite, RecordsWhatIsSentByteForByte)
 {
-  const NatsServer server;
   const auto sent = recordTwoStreams(folder / "sent.mcap");
-  Receiving receiving(folder, "receive", at(server) + "-o received.mcap");
+  Receiving receiving(folder, at(server) + "-o received.mcap");
   const ProgramRun run = expectRun("send -q sent.mcap" + at(server));
   EXPECT_EQ(run.output, "71 frames sent to site cell, 0.00 MB\n");
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
@@ -60,23 +57,19 @@ TEST_F(ProgramSite, RecordsWhatIsSentByteForByte)
 
 TEST_F(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
 {
-  const NatsServer server;
   const auto sent = recordTwoStreams(folder / "sent.mcap");
-  Receiving receiving(folder, "receive", at(server) + "-o part.mcap --rotate-size 1kB");
+  Receiving receiving(folder, at(server) + "-o part.mcap --rotate-size 1kB");
   expectRun("send -q sent.mcap" + at(server));
   EXPECT_EQ(receiving.end(SIGTERM), 0) << receiving.errors();
-  std::size_t files = 0;
-  std::map<std::string, std::map<recording::Time, Bytes>> frames;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "")) {
-    if (entry.path().filename().string().rfind("part_", 0) != 0)
-      continue;
-    ++files;
-    expectRun("verify '" + entry.path().string() + "'");
-    for (const DecodedStream& stream : decode(entry.path().string()))
+  const std::vector<fs::path> parts = partsIn(folder);
+  EXPECT_GT(parts.size(), 2u);
+  std::map<std::string, std::map<Time, Bytes>> frames;
+  for (const fs::path& part : parts) {
+    expectRun("verify '" + part.string() + "'");
+    for (const DecodedStream& stream : decode(part.string()))
       for (const recording::RecordedFrame& frame : stream.frames)
         frames[stream.name][frame.time] = frame.bytes;
   }
-  EXPECT_GT(files, 2u);
   for (const KnownStream& stream : sent) {
     ASSERT_EQ(frames[stream.name].size(), stream.frames.size()); // none is lost
     for (const auto& frame : stream.frames)
@@ -86,94 +79,57 @@ TEST_F(ProgramSite, EachFileOfARotatedRecordingCanBeDecodedAlone)
 
 TEST_F(ProgramSite, RotatesByTheBytesOfTheFile)
 {
-  const NatsServer server;
-  Receiving receiving(
-      folder, "receive", at(server) + "-o part.mcap --rotate-size 20kB");
+  Receiving receiving(folder, at(server) + "-o part.mcap --rotate-size 20kB");
   SitePublisher sensor(server);
   const Bytes frame = knownStream(1, 1, 1).frames[0].bytes;
   ASSERT_LT(frame.size(), 100u);
   for (int i = 0; i < 500; ++i)
     sensor.publish(std::chrono::milliseconds(i), frame);
   EXPECT_EQ(receiving.end(SIGTERM), 0) << receiving.errors();
-  std::size_t files = 0;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "")) {
-    const std::string name = entry.path().filename().string();
-    if (name.rfind("part_", 0) != 0)
-      continue;
-    ++files;
-    const std::string line = receiving.output().substr(receiving.output().find(name));
+  const std::vector<fs::path> parts = partsIn(folder);
+  EXPECT_GT(parts.size(), 2u);
+  for (const fs::path& part : parts) {
+    const std::string line =
+        receiving.output().substr(receiving.output().find(part.filename().string()));
     const std::string told = line.substr(0, line.find(" MB"));
     EXPECT_LT(std::abs(std::stod(told.substr(told.rfind(' '))) -
-                       static_cast<double>(entry.file_size()) * 1e-6),
+                       static_cast<double>(fs::file_size(part)) * 1e-6),
               0.006)
         << told;
-    EXPECT_LT(entry.file_size(), 30'000u);
+    EXPECT_LT(fs::file_size(part), 30'000u);
   }
-  EXPECT_GT(files, 2u);
 }
 
 TEST_F(ProgramSite, TellsWhichPortOfTheMetricsIsFree)
 {
-  const NatsServer server;
   const BackgroundProgram receiving(folder,
-                                    "receive",
-                                    "receive -q --metrics-port 0 --merge all "
+                                    "exec $P receive -q --metrics-port 0 --merge all "
                                     "--merge-wait 0s" +
                                         at(server));
-  EXPECT_TRUE(view::test::waitFor([&] {
-    return hasPart(receiving.output(), "/metrics\n");
-  })) << receiving.errors();
+  receiving.waitForOutput("/metrics\n");
   const std::string begin = "metrics: http://127.0.0.1:";
   EXPECT_EQ(receiving.output().rfind(begin, 0), 0u) << receiving.output();
   const int port = std::stoi(receiving.output().substr(begin.size()));
-  EXPECT_TRUE(
-      hasPart(view::test::request(static_cast<std::uint16_t>(port), "/metrics").body,
-              "\npcl_ext_link_connected "));
-}
-
-TEST_F(ProgramSite, TellsWhichStreamsHaveNoIntensities)
-{
-  const NatsServer server;
-  writeClouds("bare", roomClouds(2));
-  writeClouds("counted", roomClouds(2));
-  Receiving receiving(folder, "receive", at(server) + "--min-intensity 2 --map map.ot");
-  expectRun("send -q bare --rate 50 --resolution 0.05 --law none" + at(server));
-  expectRun("send -q counted --rate 50 --resolution 0.05 --law count" + at(server));
-  EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-  const std::string remark = ": its voxels have no intensities, so that "
-                             "--min-intensity leaves none out";
-  EXPECT_TRUE(hasPart(receiving.errors(), "/bare" + remark)) << receiving.errors();
-  EXPECT_FALSE(hasPart(receiving.errors(), "/counted" + remark));
+  EXPECT_TRUE(hasPart(metricsAt(static_cast<std::uint16_t>(port)),
+                      "\npcl_ext_link_connected "));
 }
 
 TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
 {
-  const NatsServer server("jetstream { store_dir: \"FOLDER\" }");
+  const NatsServer keeping("jetstream { store_dir: \"FOLDER\" }");
   const auto sent = recordTwoStreams(folder / "sent.mcap");
-  expectFailure("receive --replay all -o x.mcap" + at(server),
+  expectFailure("receive --replay all -o x.mcap" + at(keeping),
                 1,
                 "the server keeps no frames of the site 'cell'");
   EXPECT_EQ(
-      expectRun("keep --max-age 1h --max-size 1GB" + at(server)).output,
+      expectRun("keep --max-age 1h --max-size 1GB" + at(keeping)).output,
       "the server keeps the frames of site cell of the last 1 h, up to 1 GB; now 0 "
       "frames, 0.00 MB\n");
-  expectRun("send -q sent.mcap" + at(server));
+  expectRun("send -q sent.mcap" + at(keeping));
   for (const std::string from : {"all", "10min"}) {
-    expectRun("receive -q --replay " + from + " -o " + from + ".mcap" + at(server));
+    expectRun("receive -q --replay " + from + " -o " + from + ".mcap" + at(keeping));
     expectTwoStreams(folder / (from + ".mcap"), sent);
   }
-  // Merged by the times of the clouds, however fast they come.
-  std::set<std::int64_t> times;
-  constexpr std::int64_t period = 100000000;
-  for (const KnownStream& stream : sent)
-    for (const auto& frame : stream.frames)
-      times.insert((frame.time.count() + period - 1) / period);
-  const ProgramRun merged =
-      expectRun("receive -q --replay all --merge all --map x.ot" + at(server));
-  EXPECT_TRUE(
-      hasPart(merged.output, "; " + std::to_string(times.size()) + " merged frames"));
-  EXPECT_TRUE(fs::exists(folder / "x.ot"));
-  EXPECT_TRUE(hasPart(merged.output, "nodes written to x.ot, after 2 updates\n"));
 }
 
 std::string
@@ -188,36 +144,22 @@ TEST_F(ProgramSite, OnTheExampleOfAServerASensorMaySendAndNotListen)
   std::string configuration = exampleOf("nats-server.conf");
   const std::string store = "/var/lib/nats";
   configuration.replace(configuration.find(store), store.size(), "FOLDER");
-  const NatsServer server(configuration);
+  const NatsServer example(configuration);
   const std::string password = "PCL_EXT_PASSWORD='change me' \"$P\" ";
   recordTwoStreams(folder / "sent.mcap");
   const ProgramRun sent =
-      runShell(password + "send -q sent.mcap --user sensor" + at(server));
+      runShell(password + "send -q sent.mcap --user sensor" + at(example));
   EXPECT_EQ(sent.status, 0) << sent.errors;
   const ProgramRun listening =
-      runShell(password + "receive --for 300ms -o x.mcap --user sensor" + at(server));
+      runShell(password + "receive --for 300ms -o x.mcap --user sensor" + at(example));
   EXPECT_TRUE(hasPart(listening.errors, "Permissions Violation for Subscription"));
   EXPECT_EQ(listening.status, 1);
 }
 
-TEST_F(ProgramSite, AUnitThatDoesNotFitTheLawOfAStreamIsTold)
-{
-  const NatsServer server;
-  Receiving receiving(
-      folder, "receive", at(server) + "--merge all --remove-outliers --unit faces");
-  SitePublisher sensor(server, "/sensor", {{"intensity_law", "count"}});
-  sensor.publish(Time(0), knownStream(1, 1, 10).frames[0].bytes);
-  receiving.waitForError("/sensor: its outliers stay: --unit is faces and the "
-                         "intensity_law of the stream is count");
-  receiving.end(SIGINT);
-}
-
 TEST_F(ProgramSite, GoesOnWhateverAStreamIsCalled)
 {
-  const NatsServer server;
   writeText(folder / "page.html", view_page);
   Receiving receiving(folder,
-                      "receive",
                       at(server) + "--view --no-browser --page page.html -o all.mcap "
                                    "--merge all --remove-outliers --map map.ot");
   link::FramePublisher publisher(SitePublisher::settingsOf(server));
@@ -280,59 +222,50 @@ private:
 
 TEST_F(ProgramSite, NamesWhatTheServerHasWhereNothingMatches)
 {
-  const NatsServer server(exampleOf("trial.conf"));
-  const NatsServer plain;
-  expectRun("keep -q" + at(server));
-  const Sending sending(server);
-  const Sending sending_undivided(plain);
+  const NatsServer trial(exampleOf("trial.conf"));
+  expectRun("keep -q" + at(trial));
+  const Sending sending(trial);
+  const Sending sending_undivided(server);
   const std::string receive = "receive -q --for 500ms --overwrite -o x.mcap ";
   const std::string both = "streams on this site: /first, /second\n";
   expectRefusals(
-      {{receive + "--partition 7" + at(server),
-        1,
+      1,
+      {{receive + "--partition 7" + at(trial),
         "nothing came of any stream of site cell in partition 7; streams on this site: "
         "/first (partition "},
-       {receive + "--partition 0" + at(plain),
-        1,
+       {receive + "--partition 0" + at(server),
         "The server does not divide them: its configuration needs a mapping"},
-       {receive + "--streams first" + at(server),
-        1,
-        "nothing came of the stream first of site cell; " + both},
        // One of them comes.
-       {receive + "--streams /second,first" + at(plain),
-        1,
+       {receive + "--streams /second,first" + at(server),
         "nothing came of the stream first of site cell; " + both},
-       {receive + at(server, "cel"),
-        1,
+       {receive + at(trial, "cel"),
         "nothing came of any stream of site cel; nothing is sent to this site at the "
         "moment; sites on this server: cell\n"},
-       {receive + "--replay all --streams second" + at(server),
-        1,
+       {receive + "--replay all --streams second" + at(trial),
         "nothing came of the stream second of site cell; " + both}});
-  expectRun(receive + "--streams /first" + at(server));
+  expectRun(receive + "--streams /first" + at(trial));
   // What is not permitted cannot be named.
   const NatsServer strict("authorization { users = [ { user: u, password: p, "
                           "permissions: { subscribe: \"cell.*.frames\" } } ] }");
-  const ProgramRun run =
-      runShell("PCL_EXT_PASSWORD=p \"$P\" " + receive + "--user u" + at(strict));
-  EXPECT_EQ(run.status, 1);
-  EXPECT_TRUE(hasPart(run.errors,
-                      "nothing that this user may receive is sent to this site at "
-                      "the moment; this user sees no other site on the server"));
-  const ProgramRun other = runShell("PCL_EXT_PASSWORD=p \"$P\" " + receive +
-                                    "--user u" + at(strict, "hall"));
-  EXPECT_EQ(other.status, 1);
-  EXPECT_TRUE(hasPart(other.errors,
-                      "nothing came of any stream of site hall; the server does "
-                      "not permit this user to receive them"));
+  const std::pair<const char*, const char*> rows[] = {
+      {"cell",
+       "nothing that this user may receive is sent to this site at the moment; this "
+       "user sees no other site on the server"},
+      {"hall",
+       "nothing came of any stream of site hall; the server does not permit this user "
+       "to receive them"}};
+  for (const auto& [site, text] : rows) {
+    const ProgramRun run = runShell("PCL_EXT_PASSWORD=p \"$P\" " + receive +
+                                    "--user u" + at(strict, site));
+    EXPECT_EQ(run.status, 1);
+    EXPECT_TRUE(hasPart(run.errors, text));
+  }
 }
 
 TEST_F(ProgramSite, StreamsBeyondTheLimitAreALoss)
 {
-  const NatsServer server;
   const std::uint16_t port = freePort();
-  Receiving receiving(
-      folder, "receive", at(server) + "--metrics-port " + std::to_string(port));
+  Receiving receiving(folder, at(server) + "--metrics-port " + std::to_string(port));
   link::FramePublisher publisher(SitePublisher::settingsOf(server));
   ASSERT_TRUE(publisher.connect().ok());
   const Bytes frame = knownStream(1, 1, 1).frames[0].bytes;
@@ -344,7 +277,7 @@ TEST_F(ProgramSite, StreamsBeyondTheLimitAreALoss)
   }
   EXPECT_TRUE(publisher.flush(std::chrono::seconds(20)));
   EXPECT_TRUE(view::test::waitFor([&] {
-    return hasPart(view::test::request(port, "/metrics").body,
+    return hasPart(metricsAt(port),
                    "\npcl_ext_link_frames_total{stream=\"" + std::to_string(limit - 1) +
                        "\"} 1\n");
   }));
@@ -357,42 +290,43 @@ TEST_F(ProgramSite, StreamsBeyondTheLimitAreALoss)
 
 TEST_F(ProgramSite, TellsWhatIsWrong)
 {
-  const NatsServer server("authorization { user: a, password: b }");
+  const NatsServer locked("authorization { user: a, password: b }");
   const std::string nobody =
       " --server nats://127.0.0.1:" + std::to_string(freePort()) + " --site cell";
-  expectRefusals({{"send", 2, "name an input, - or --cell"},
-                  {"receive", 2, "say what to do with the frames"},
-                  {"receive -o x.mcap --site a.b", 2, "--site is 'a.b'"},
-                  {"receive -o x.mcap --streams ,,", 2, "where a name is empty"},
-                  {"receive -o x.mcap --streams ''", 2, "where a name is empty"},
-                  {"receive --merge " + std::string(1100, 'a'), 2, "has 1100 bytes"},
-                  {"receive -o folder/", 2, "x.mcap or, of one stream"},
-                  {"receive -o no/such/x.mcap" + at(server), 1, "no/such/x.mcap"},
+  expectRefusals(2,
+                 {{"send", "name an input, - or --cell"},
+                  {"receive", "say what to do with the frames"},
+                  {"receive -o x.mcap --site a.b", "--site is 'a.b'"},
+                  {"receive -o x.mcap --streams ,,", "where a name is empty"},
+                  {"receive -o x.mcap --streams ''", "where a name is empty"},
+                  {"receive --merge " + std::string(1100, 'a'), "has 1100 bytes"},
+                  {"receive -o folder/", "x.mcap or, of one stream"},
                   {"receive -o x.mcap --merge-wait 1s",
-                   2,
                    "--merge-wait is for merged streams: add --merge"},
-                  {"receive --merge a --merge-wait=-1ms", 2, "'-1ms' is below 0"},
-                  {"receive --merge a --merge-period 0s", 2, "'0s' is not above 0"},
+                  {"receive --merge a --merge-wait=-1ms", "'-1ms' is below 0"},
+                  {"receive --merge a --merge-period 0s", "'0s' is not above 0"},
                   {"receive -o x.mcap --map ./x.mcap",
-                   2,
                    "-o and --map are both './x.mcap': name two files"},
                   {"receive --merge a --merged-site cell --site cell",
-                   2,
                    "a centre would receive what it has merged"},
                   {"receive --merge a --merged-site a.b",
-                   2,
                    "--merged-site is 'a.b'; it must be up to 64 letters"},
-                  {"receive --rotate-every 1s -o x.mcap --for 5", 2, "has no unit"},
-                  {"receive --view --overwrite", 2, "add -o or --map"},
-                  {"receive -o x.mcap --user a" + at(server),
-                   1,
+                  {"receive --rotate-every 1s -o x.mcap --for 5", "has no unit"},
+                  {"receive --view --overwrite", "add -o or --map"},
+                  {"receive --map -", "--map is '-'; it must be a file"},
+                  {"receive --map x.bt", "--map is 'x.bt'; it must not end in "},
+                  {"receive --map no/x.ot", "--map is 'no/x.ot'; it must be a "}});
+  expectRefusals(1,
+                 {{"receive -o no/such/x.mcap" + at(locked), "no/such/x.mcap"},
+                  {"receive -o x.mcap --user a" + at(locked),
                    "refuses user 'a': wrong user or password"},
-                  {"keep" + nobody, 1, "cannot be reached: no program listens"}});
+                  {"keep" + nobody, "cannot be reached: no program listens"}});
   EXPECT_FALSE(fs::exists(folder / "x.mcap"));
   EXPECT_FALSE(fs::exists(folder / "x.mcap.unfinished"));
+  EXPECT_FALSE(fs::exists(folder / "x.bt"));
   const ProgramRun right =
       runShell("PCL_EXT_PASSWORD=b \"$P\" receive -q --for 10ms -o x.mcap --user a" +
-               at(server));
+               at(locked));
   EXPECT_EQ(right.status, 1);
   EXPECT_TRUE(hasPart(right.errors, "nothing is sent to this site"));
 }

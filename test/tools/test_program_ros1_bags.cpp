@@ -106,33 +106,49 @@ TEST_F(ProgramRos1Bags, CloudsBecomeAStreamAndOtherMessagesKeepTheirEncoding)
   writeClouds("room", clouds);
   expectRun("encode room -o room.pcxi -r 0.05 --no-header");
   const std::vector<DecodedStream> of_files = decode(folder / "room.pcxi");
-  for (const char* const compression : {"none", "lz4"}) {
-    writeBytes(folder / "x.bag", bagOf(clouds, compression).bytes());
-    const ProgramRun encoded =
-        run("encode x.bag -o x.mcap -r 0.05 --no-header --overwrite");
-    EXPECT_EQ(encoded.status, 0) << encoded.errors;
-    EXPECT_TRUE(hasPart(encoded.errors,
-                        "'x.bag' is of ROS 1; bags are written as MCAP, with other "
-                        "topics as they are, which ROS 2 does not play"));
-    const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
-    ASSERT_EQ(streams.size(), 1u);
-    EXPECT_EQ(streams[0].name, "/points/pcl_ext");
-    ASSERT_EQ(streams[0].frames.size(), 4u);
-    for (std::size_t i = 0; i < 4; ++i) {
-      EXPECT_EQ(streams[0].voxels[i].keys, of_files[0].voxels[i].keys);
-      EXPECT_EQ(streams[0].voxels[i].intensities, of_files[0].voxels[i].intensities);
-      EXPECT_EQ(streams[0].frames[i].time,
-                std::chrono::seconds(100 + i) + recording::Time(7));
-      EXPECT_EQ(streams[0].frames[i].stamp,
-                std::chrono::milliseconds(90'250 + 1000 * i));
-      EXPECT_EQ(streams[0].frames[i].frame_id, "lidar");
-    }
-    expectNotes(folder / "x.mcap", 4);
+  writeBytes(folder / "x.bag", bagOf(clouds, "lz4").bytes());
+  expectRemark(
+      "encode x.bag -o x.mcap -r 0.05 --no-header",
+      "'x.bag' is of ROS 1; bags are written as MCAP, with other topics as they "
+      "are, which ROS 2 does not play");
+  const std::vector<DecodedStream> streams = decode(folder / "x.mcap");
+  ASSERT_EQ(streams.size(), 1u);
+  EXPECT_EQ(streams[0].name, "/points/pcl_ext");
+  ASSERT_EQ(streams[0].frames.size(), 4u);
+  for (std::size_t i = 0; i < 4; ++i) { // besides, frames of bags have a layout
+    EXPECT_EQ(streams[0].voxels[i].keys, of_files[0].voxels[i].keys);
+    EXPECT_EQ(streams[0].voxels[i].intensities, of_files[0].voxels[i].intensities);
+    EXPECT_EQ(streams[0].frames[i].time,
+              std::chrono::seconds(100 + i) + recording::Time(7));
+    EXPECT_EQ(streams[0].frames[i].stamp, std::chrono::milliseconds(90'250 + 1000 * i));
+    EXPECT_EQ(streams[0].frames[i].frame_id, "lidar");
   }
+  expectNotes(folder / "x.mcap", 4);
   // In parts, each read from the bag by a job of its own.
   EXPECT_EQ(run("encode x.bag -o jobs.mcap -r 0.05 --no-header --jobs 2").status, 0);
   EXPECT_EQ(bytesOf(folder / "jobs.mcap"), bytesOf(folder / "x.mcap"));
   expectFailure("info x.bag", 1, "it has clouds on /points");
+  // Messages that somebody has copied into an MCAP file, and through a pipe.
+  std::vector<recording::McapMessage> messages(2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    messages[i].log_time = std::chrono::seconds(100 + i);
+    messages[i].bytes = cloudMessage(clouds[i], 90 + i);
+  }
+  const recording::McapChannel channel = {
+      "/points", "ros1", {"sensor_msgs/PointCloud2", "ros1msg", "Header header\n"}, {}};
+  writeMcap(folder / "copied.mcap", {channel}, messages, "ros1");
+  for (const std::string command :
+       {"$P encode copied.mcap", "cat copied.mcap | $P encode -"}) {
+    const ProgramRun encoded =
+        runShell(command + " -o y.mcap -r 0.05 --no-header --overwrite");
+    EXPECT_EQ(encoded.status, 0) << encoded.errors;
+    const DecodedStream copied = decode(folder / "y.mcap").at(0);
+    ASSERT_EQ(copied.frames.size(), 2u);
+    EXPECT_EQ(copied.voxels[1].keys, of_files[0].voxels[1].keys);
+    EXPECT_EQ(copied.voxels[1].intensities, of_files[0].voxels[1].intensities);
+    EXPECT_EQ(copied.frames[1].stamp, std::chrono::milliseconds(91'250));
+    EXPECT_EQ(copied.frames[1].frame_id, "lidar");
+  }
 }
 
 TEST_F(ProgramRos1Bags, OfTheCompressorAreRecordings)
@@ -188,38 +204,6 @@ TEST_F(ProgramRos1Bags, OfTheCompressorAreRecordings)
   EXPECT_EQ(clouds.index().size(), 4u);
 }
 
-TEST_F(ProgramRos1Bags, MayBeConvertedToMcap)
-{
-  const auto clouds = roomClouds(2);
-  writeClouds("room", clouds);
-  expectRun("encode room -o room.pcxi -r 0.05 --no-header");
-  std::vector<recording::McapMessage> messages(2);
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    messages[i].log_time = std::chrono::seconds(100 + i);
-    messages[i].bytes = cloudMessage(clouds[i], 90 + i);
-  }
-  const recording::McapChannel channel = {
-      "/points", "ros1", {"sensor_msgs/PointCloud2", "ros1msg", "Header header\n"}, {}};
-  writeMcap(folder / "x.mcap", {channel}, messages, "ros1");
-  // From a file and through a pipe.
-  for (const std::string command :
-       {"\"$P\" encode x.mcap", "cat x.mcap | $P encode -"}) {
-    const ProgramRun encoded =
-        runShell(command + " -o y.mcap -r 0.05 --no-header --overwrite");
-    EXPECT_EQ(encoded.status, 0) << encoded.errors;
-    const std::vector<DecodedStream> streams = decode(folder / "y.mcap");
-    ASSERT_EQ(streams.size(), 1u);
-    ASSERT_EQ(streams[0].frames.size(), 2u);
-    const std::vector<DecodedStream> expected = decode(folder / "room.pcxi");
-    for (std::size_t i = 0; i < 2; ++i) { // besides, frames of bags have a layout
-      EXPECT_EQ(streams[0].voxels[i].keys, expected[0].voxels[i].keys);
-      EXPECT_EQ(streams[0].voxels[i].intensities, expected[0].voxels[i].intensities);
-    }
-    EXPECT_EQ(streams[0].frames[1].stamp, std::chrono::milliseconds(91'250));
-    EXPECT_EQ(streams[0].frames[1].frame_id, "lidar");
-  }
-}
-
 TEST_F(ProgramRos1Bags, ThatARecorderLeftAreReadAlsoFromTheirFolder)
 {
   const auto clouds = roomClouds(5);
@@ -268,9 +252,8 @@ TEST_F(ProgramRos1Bags, TimesAfter2038KeepTheirBits)
   bag.addMessage(0, 100 * second, cloudMessage(roomClouds(1)[0], seconds));
   bag.endChunk();
   writeBytes(folder / "x.bag", bag.bytes());
-  const ProgramRun encoded = run("encode x.bag -o x.mcap -r 0.05");
-  EXPECT_EQ(encoded.status, 0) << encoded.errors;
-  EXPECT_TRUE(hasPart(encoded.errors, "/points, frame 0: its time is after 2038"));
+  expectRemark("encode x.bag -o x.mcap -r 0.05",
+               "/points, frame 0: its time is after 2038");
   expectRun("decode x.mcap -o y.mcap");
   const auto clouds = cloudsOf(folder / "y.mcap");
   ASSERT_EQ(clouds.size(), 1u);

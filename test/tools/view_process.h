@@ -88,8 +88,6 @@ private:
               const std::string& environment,
               const Input& input)
   : BackgroundProgram(folder,
-                      input.name,
-                      "",
                       "exec env " + environment + " \"$P\" view --page page.html < " +
                           input.name + " " + arguments)
   , input_(input.file)
