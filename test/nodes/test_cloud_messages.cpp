@@ -51,6 +51,17 @@ valueAt(const std::vector<std::uint8_t>& data, std::size_t offset)
   return value;
 }
 
+/** \brief Fields by name, offset and type: "x0:7 y4:7 ". */
+std::string
+fieldsOf(const Message& message)
+{
+  std::string text;
+  for (const Message::Field& field : message.fields)
+    text += field.name + std::to_string(field.offset) + ':' +
+            std::to_string(field.datatype) + ' ';
+  return text;
+}
+
 TEST(CloudMessages, OfAnotherFrameOrFormatAreNotForACentralNode)
 {
   struct {
@@ -94,14 +105,11 @@ TEST(CloudMessages, VoxelsBecomePointsAtTheirCentres)
     EXPECT_EQ(message.row_step, 2 * step);
     EXPECT_TRUE(message.is_dense);
     EXPECT_FALSE(message.is_bigendian);
-    std::string names;
-    for (const Message::Field& field : message.fields) {
-      names += field.name + std::to_string(field.offset) + ' ';
-      EXPECT_EQ(field.datatype, 7);
+    EXPECT_EQ(fieldsOf(message),
+              has_colours ? "x0:7 y4:7 z8:7 intensity12:7 rgb16:7 "
+                          : "x0:7 y4:7 z8:7 intensity12:7 ");
+    for (const Message::Field& field : message.fields)
       EXPECT_EQ(field.count, 1u);
-    }
-    EXPECT_EQ(names,
-              has_colours ? "x0 y4 z8 intensity12 rgb16 " : "x0 y4 z8 intensity12 ");
     ASSERT_EQ(message.data.size(), 2 * step);
     EXPECT_EQ(valueAt<float>(message.data, 0), -0.75f);
     EXPECT_EQ(valueAt<float>(message.data, 4), 0.25f);
@@ -130,11 +138,7 @@ TEST(CloudMessages, FarVoxelsHaveCoordinatesInDoublePrecision)
   frame.point_counts = {2, 1};
   Message message;
   writeVoxels(frame, message);
-  std::string names;
-  for (const Message::Field& field : message.fields)
-    names += field.name + std::to_string(field.offset) + ':' +
-             std::to_string(field.datatype) + ' ';
-  EXPECT_EQ(names, "x0:8 y8:8 z16:8 intensity24:7 rgb28:7 ");
+  EXPECT_EQ(fieldsOf(message), "x0:8 y8:8 z16:8 intensity24:7 rgb28:7 ");
   EXPECT_EQ(message.point_step, 32u);
   ASSERT_EQ(message.data.size(), 96u);
   EXPECT_EQ(message.width, 3u);
@@ -256,13 +260,10 @@ TEST(CloudMessages, FieldsFollowTheOthersOrTakeTheirPlace)
     ASSERT_TRUE(isConsistent(frame));
     Message message;
     writeVoxels(frame, message);
-    std::string names;
-    for (const auto& field : message.fields)
-      names += field.name + " " + std::to_string(field.offset) + ",";
     const std::uint32_t ring = has_own_intensity ? 12 : 16;
-    EXPECT_EQ(names,
-              has_own_intensity ? "x 0,y 4,z 8,ring 12,pair 13,intensity 17,"
-                                : "x 0,y 4,z 8,intensity 12,ring 16,pair 17,");
+    EXPECT_EQ(fieldsOf(message),
+              has_own_intensity ? "x0:7 y4:7 z8:7 ring12:2 pair13:3 intensity17:2 "
+                                : "x0:7 y4:7 z8:7 intensity12:7 ring16:2 pair17:3 ");
     ASSERT_EQ(message.data.size(), 3 * message.point_step);
     for (std::uint32_t i = 0; i < 3; ++i) {
       const std::size_t point = i * message.point_step;

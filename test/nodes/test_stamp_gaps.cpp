@@ -58,8 +58,10 @@ private:
 
 TEST(StampGaps, LossesAreCounted)
 {
-  for (const double loss : {0.02, 0.3, 0.58})
-    for (const double jitter : {0.0, 1.0, 3.0}) {
+  for (const double loss : {0.0, 0.02, 0.3, 0.58})
+    for (const double jitter : {0.0, 1.0, 3.0, 10.0, 25.0}) {
+      if (loss > 0.0 && jitter > 3.0)
+        continue; // cannot be told
       Sensor sensor(loss, jitter);
       for (int part = 0; part < 5; ++part) {
         sensor.send(1000);
@@ -70,15 +72,6 @@ TEST(StampGaps, LossesAreCounted)
                   0.1 * static_cast<double>(sensor.lost))
           << loss << " of the clouds, jitter " << jitter << " ms";
     }
-}
-
-TEST(StampGaps, WithoutLossesNoneAreCounted)
-{
-  for (const double jitter : {0.0, 1.0, 3.0, 10.0, 25.0}) {
-    Sensor sensor(0.0, jitter);
-    sensor.send(5000);
-    EXPECT_EQ(sensor.counted, 0u) << jitter << " ms";
-  }
 }
 
 /** \brief Clouds that are missing by the intervals between them, ms. */
