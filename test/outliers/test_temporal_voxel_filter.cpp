@@ -133,15 +133,6 @@ TEST(TemporalVoxelFilter, OfNoiseLargerThanTheVoxelsAThickLayerComesToRest)
   EXPECT_LE(frames, 33u);
 }
 
-TEST(TemporalVoxelFilter, ANewSurfaceIsShownAtOnceAndALoneVoxelIsNot)
-{
-  TemporalVoxelFilter filter = filterBehind(flatWall());
-  const Voxels patch = {
-      {{5, 5, 20}, 3}, {{5, 6, 20}, 3}, {{6, 5, 20}, 3}, {{6, 6, 20}, 3}};
-  const Voxels lone = {{{15, 15, 30}, 1}};
-  EXPECT_EQ(shownOf(filter, flatWall() + patch + lone), flatWall() + patch);
-}
-
 TEST(TemporalVoxelFilter, WhereVoxelsComeAndGoASurfaceNeedsOneNeighbourMore)
 {
   const Voxels two_neighbours_each = {
