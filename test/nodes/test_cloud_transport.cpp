@@ -113,12 +113,12 @@ TEST(CloudTransport, ParametersTakeEffectWithTheNextCloud)
 {
   CloudSender sender;
   const auto cloud = wall<pcl::PointXYZ>(3);
-  for (const double resolution : {0.04, 0.1, 0.02}) {
-    EXPECT_EQ(sender.setParameters({{"resolution", resolution}}), "");
+  for (const double edge : {0.04, 0.1, 0.02}) {
+    EXPECT_EQ(sender.setParameters({{"resolution", edge}}), "");
     CloudReceiver receiver;
     VoxelFrame voxels;
     ASSERT_TRUE(receiver.receive(encoded(sender, cloud), Time(0), voxels).ok());
-    EXPECT_EQ(voxels.grid.resolution, resolution);
+    EXPECT_EQ(voxels.grid.resolution, edge);
   }
   // The same again begins no new stream, nor does what is refused.
   EXPECT_EQ(sender.setParameters({{"resolution", 0.02}}), "");
