@@ -233,6 +233,14 @@ TEST(CloudReceiver, RemovesVoxelsBelowAThresholdIfItHasOne)
     EXPECT_EQ(receiver.health().stream.kept_voxels, kept);
     EXPECT_EQ(receiver.health().stream.voxels, 100u);
   }
+  // Nor has a stream of a node one that is not given any.
+  CentralNode node({});
+  ASSERT_TRUE(node.addStream("a").ok());
+  ASSERT_TRUE(node.receive("a", frame, Time(1)).ok());
+  node.waitUntilDecoded();
+  VoxelFrame voxels;
+  ASSERT_TRUE(node.latestVoxels("a", voxels));
+  EXPECT_EQ(voxels.size(), 100u);
 }
 
 pcl::PCLPointCloud2
