@@ -4,13 +4,15 @@
  * \brief SensorPreprocessor on PCLPointCloud2: which layouts are read, and why others are
  * refused. The fuzz target cloud_layouts has any layout, without the words of messages.
  */
-#include "support/message_layouts.h"
+#include <pcl_ext/point_types.h>
 
-#include <pcl/conversions.h>
+#include "support/message_layouts.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <sstream>
@@ -20,6 +22,7 @@
 namespace {
 
 using namespace pcl_ext::test;
+using pcl_ext::PointXYZRGBI;
 
 using Change = std::function<void(PCLPointCloud2&)>;
 
@@ -68,12 +71,6 @@ TEST(CloudLayout, AllOfTheseAreRead)
                               layout.height,
                               layout.row_padding));
   }
-  for (const char* const type :
-       {"i8", "u8", "i16", "u16", "i32", "u32", "f32", "f64", "i64", "u64"}) {
-    SCOPED_TRACE(type);
-    const std::string fields = "x f32 0 y f32 4 z f32 8 intensity ";
-    expectAllRead(makeMessage(fieldsOf(fields + type + " 13"), 21, 20));
-  }
   // The padding of the last row may be missing.
   PCLPointCloud2 message =
       makeMessage(fieldsOf("x f32 0 y f32 4 z f32 8 intensity f32 12"), 16, 4, 3, 9);
@@ -113,18 +110,39 @@ const Limits all_limits[] = {{PCLPointField::INT8, -128.0, 127.0},
                              {PCLPointField::FLOAT32, -3e38, 3e38},
                              {PCLPointField::FLOAT64, -1.0 / 3.0, 3e38}};
 
-TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
+TEST(CloudLayout, NumbersMayBeOfAnyDatatypesAndAtTheirEnds)
 {
-  for (const Limits& limits : all_limits) {
-    PCLPointCloud2 message =
-        makeMessage(xyzAnd(makeField("intensity", 12, limits.datatype)), 20, 2);
-    writeNumber(message.data.data() + 12, limits.datatype, limits.lowest);
-    writeNumber(message.data.data() + 32, limits.datatype, limits.highest);
-    Output output;
-    ASSERT_TRUE(processNative(message, output).ok());
-    EXPECT_EQ(output[0].intensity, static_cast<float>(limits.lowest));
-    EXPECT_EQ(output[1].intensity, static_cast<float>(limits.highest));
-  }
+  for (const Limits& x : all_limits)
+    for (const Limits& z : all_limits) {
+      SCOPED_TRACE(std::to_string(x.datatype) + " and " + std::to_string(z.datatype));
+      const auto is_long = [](std::uint8_t type) { return type >= 8; };
+      // Where they fit as close to each other as floats that are read at once.
+      const std::uint32_t gap = is_long(x.datatype) || is_long(z.datatype) ? 8 : 4;
+      PCLPointCloud2 message = makeMessage({makeField("x", 0, x.datatype),
+                                            makeField("y", gap, PCLPointField::FLOAT32),
+                                            makeField("z", 2 * gap, z.datatype),
+                                            makeField("intensity", 25, z.datatype)},
+                                           33,
+                                           4);
+      for (std::size_t point = 0; point < 4; ++point) {
+        std::uint8_t* const bytes = &message.data[33 * point];
+        writeNumber(bytes, x.datatype, point % 2 == 0 ? x.lowest : x.highest);
+        writeNumber(bytes + gap, PCLPointField::FLOAT32, 0.1);
+        for (const std::uint32_t offset : {2 * gap, 25u})
+          writeNumber(bytes + offset, z.datatype, point < 2 ? z.lowest : z.highest);
+      }
+      Output output;
+      ASSERT_TRUE(processNative(message, output).ok());
+      ASSERT_EQ(output.size(), 4u);
+      for (std::size_t point = 0; point < 4; ++point) {
+        const auto at_z = static_cast<float>(point < 2 ? z.lowest : z.highest);
+        EXPECT_EQ(output[point].x,
+                  static_cast<float>(point % 2 == 0 ? x.lowest : x.highest));
+        EXPECT_EQ(output[point].y, 0.1f);
+        EXPECT_EQ(output[point].z, at_z);
+        EXPECT_EQ(output[point].intensity, at_z);
+      }
+    }
   PCLPointCloud2 message = plainMessage(2);
   fieldOf(message, "intensity").datatype = 11; // BOOL, which PCL 1.12 does not name
   message.data[12] = 0;
@@ -133,40 +151,6 @@ TEST(CloudLayout, EndsOfEveryDatatypeAreRead)
   ASSERT_TRUE(processNative(message, output).ok());
   EXPECT_EQ(output[0].intensity, 0.0f);
   EXPECT_EQ(output[1].intensity, 1.0f);
-}
-
-TEST(CloudLayout, CoordinatesMayBeOfAnyDatatypes)
-{
-  for (const Limits& x : all_limits)
-    for (const Limits& z : all_limits) {
-      SCOPED_TRACE(std::to_string(x.datatype) + " and " + std::to_string(z.datatype));
-      const auto is_long = [](std::uint8_t type) { return type >= 8; };
-      // Where they fit as close to each other as floats that are read at once.
-      const std::uint32_t gap = is_long(x.datatype) || is_long(z.datatype) ? 8 : 4;
-      PCLPointCloud2 message =
-          makeMessage({makeField("x", 0, x.datatype),
-                       makeField("y", gap, PCLPointField::FLOAT32),
-                       makeField("z", 2 * gap, z.datatype),
-                       makeField("intensity", 24, PCLPointField::FLOAT32)},
-                      28,
-                      4);
-      for (std::size_t point = 0; point < 4; ++point) {
-        std::uint8_t* const bytes = &message.data[28 * point];
-        writeNumber(bytes, x.datatype, point % 2 == 0 ? x.lowest : x.highest);
-        writeNumber(bytes + gap, PCLPointField::FLOAT32, 0.1);
-        writeNumber(bytes + 2 * gap, z.datatype, point < 2 ? z.lowest : z.highest);
-      }
-      Output output;
-      ASSERT_TRUE(processNative(message, output).ok());
-      ASSERT_EQ(output.size(), 4u);
-      for (std::size_t point = 0; point < 4; ++point) {
-        EXPECT_EQ(output[point].x,
-                  static_cast<float>(point % 2 == 0 ? x.lowest : x.highest));
-        EXPECT_EQ(output[point].y, 0.1f);
-        EXPECT_EQ(output[point].z,
-                  static_cast<float>(point < 2 ? z.lowest : z.highest));
-      }
-    }
 }
 
 TEST(CloudLayout, WhatIsNotUsedIsNotChecked)
@@ -200,34 +184,14 @@ TEST(CloudLayout, TheIntensityFieldCanBeNamed)
   ASSERT_TRUE(preprocessor.process(message, output).ok());
   ASSERT_EQ(output.size(), 6u);
   EXPECT_EQ(output[5].intensity, static_cast<float>(valueOf("reflectivity", 5)));
+  EXPECT_EQ(output.header.frame_id, "sensor");
+  EXPECT_EQ(output.header.stamp, 99u);
   for (const std::string name : {"intensity", "ambient"}) {
     preprocessor.setIntensityField(name);
     const PreprocessingStatus status = preprocessor.process(message, output);
     EXPECT_EQ(status.code(), PreprocessingCode::MissingField);
     EXPECT_NE(status.message().find("'" + name + "'"), std::string::npos);
   }
-}
-
-TEST(CloudLayout, MessagesOfPclsOwnTypesAreReadWithTheirHeader)
-{
-  pcl::PointCloud<pcl::PointXYZINormal> cloud;
-  for (std::size_t i = 0; i < 12; ++i) {
-    pcl::PointXYZINormal point;
-    point.x = static_cast<float>(valueOf("x", i));
-    point.y = static_cast<float>(valueOf("y", i));
-    point.z = static_cast<float>(valueOf("z", i));
-    point.intensity = static_cast<float>(valueOf("intensity", i));
-    cloud.push_back(point);
-  }
-  cloud.width = 4;
-  cloud.height = 3;
-  PCLPointCloud2 message;
-  pcl::toPCLPointCloud2(cloud, message);
-  expectAllRead(message);
-  Output output;
-  ASSERT_TRUE(processNative(plainMessage(), output).ok());
-  EXPECT_EQ(output.header.frame_id, "sensor");
-  EXPECT_EQ(output.header.stamp, 99u);
 }
 
 TEST(CloudLayout, PointsThatAreNotFiniteAreLeftOut)
@@ -369,6 +333,155 @@ TEST(InvalidCloudLayout, BytesThatAreNotThereAreNoticed)
     refusals[i].first(message);
     expectRefusal(message, PreprocessingCode::InvalidLayout, refusals[i].second);
   }
+}
+
+using ColouredOutput = pcl::PointCloud<PointXYZRGBI>;
+using ColouringPreprocessor = SensorPreprocessor<NativeIntensity, PointXYZRGBI>;
+
+std::uint32_t
+colourOf(std::size_t point)
+{
+  const auto number = static_cast<std::uint32_t>(point);
+  return 0xff000000u | (number * 2654435761u & 0xffffffu);
+}
+
+PCLPointCloud2
+colouredMessage(const std::string& name,
+                std::uint8_t datatype,
+                std::uint8_t coordinate = PCLPointField::FLOAT32,
+                std::uint32_t width = 300,
+                std::uint32_t height = 2)
+{
+  const std::uint32_t size = coordinate == PCLPointField::FLOAT64 ? 8 : 4;
+  const std::uint32_t colour = 3 * size + 5;
+  PCLPointCloud2 message = makeMessage({makeField(name, colour, datatype),
+                                        makeField("x", 0, coordinate),
+                                        makeField("y", size, coordinate),
+                                        makeField("z", 2 * size, coordinate),
+                                        makeField("intensity", 3 * size, 7)},
+                                       colour + 4,
+                                       width,
+                                       height,
+                                       /* row_padding */ 3);
+  for (std::size_t i = 0; i < std::size_t{width} * height; ++i) {
+    const std::uint32_t packed = colourOf(i);
+    std::memcpy(message.data.data() + i / width * message.row_step +
+                    i % width * message.point_step + colour,
+                &packed,
+                sizeof(packed));
+  }
+  return message;
+}
+
+TEST(ColouredClouds, ColoursOfAllLayoutsAreKept)
+{
+  for (const std::uint8_t coordinate : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
+    for (const std::uint8_t datatype :
+         {PCLPointField::FLOAT32, PCLPointField::UINT32, PCLPointField::INT32})
+      for (const char* const name : {"rgb", "rgba"}) {
+        PCLPointCloud2 message = colouredMessage(name, datatype, coordinate);
+        message.data.shrink_to_fit();
+        ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
+        // Leaves points out, so that the others move up.
+        preprocessor.setCropBox({-1e9f, -100.0f, -1e9f}, {1e9f, 100.0f, 1e9f});
+        ColouredOutput output;
+        const PreprocessingStatus status = preprocessor.process(message, output);
+        ASSERT_TRUE(status.ok()) << status.message();
+        EXPECT_TRUE(preprocessor.statistics().has_colours);
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < 600; ++i) {
+          if (std::abs(valueOf("y", i)) > 100.0)
+            continue;
+          const PointXYZRGBI& point = output.at(kept++);
+          EXPECT_EQ(point.rgba, colourOf(i));
+          EXPECT_EQ(point.x, static_cast<float>(valueOf("x", i)));
+          EXPECT_EQ(point.intensity, static_cast<float>(valueOf("intensity", i)));
+        }
+        EXPECT_EQ(kept, output.size());
+        EXPECT_GT(preprocessor.statistics().points_cropped, 0u);
+      }
+}
+
+TEST(ColouredClouds, WithoutAColourTheOutputIsBlack)
+{
+  ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
+  ColouredOutput output;
+  ASSERT_TRUE(preprocessor.process(colouredMessage("rgb", 7), output).ok());
+  ASSERT_TRUE(preprocessor.process(plainMessage(300), output).ok());
+  EXPECT_FALSE(preprocessor.statistics().has_colours);
+  ASSERT_EQ(output.size(), 300u);
+  for (const PointXYZRGBI& point : output)
+    EXPECT_EQ(point.r + point.g + point.b, 0);
+}
+
+TEST(ColouredClouds, AColourThatCannotBeReadIsLeftOut)
+{
+  const auto changes = {+[](PCLPointField& field) { field.datatype = 0; },
+                        +[](PCLPointField& field) { field.datatype = 2; }, // UINT8
+                        +[](PCLPointField& field) { field.datatype = 8; }, // FLOAT64
+                        +[](PCLPointField& field) { field.count = 3; },
+                        +[](PCLPointField& field) { field.offset += 1; }};
+  for (const auto change : changes) {
+    PCLPointCloud2 message = colouredMessage("rgb", PCLPointField::FLOAT32);
+    change(fieldOf(message, "rgb"));
+    ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
+    ColouredOutput output;
+    EXPECT_TRUE(preprocessor.process(message, output).ok());
+    EXPECT_FALSE(preprocessor.statistics().has_colours);
+    ASSERT_EQ(output.size(), 600u);
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      EXPECT_EQ(output[i].z, static_cast<float>(valueOf("z", i)));
+      EXPECT_EQ(output[i].r + output[i].g + output[i].b, 0);
+    }
+    expectAllRead(message); // without a colour in the output type
+  }
+}
+
+TEST(ColouredClouds, AnotherColourIsTakenInPlaceOfOneThatCannotBeRead)
+{
+  PCLPointCloud2 message = colouredMessage("rgba", PCLPointField::UINT32);
+  message.fields.push_back(makeField("rgb", 0, PCLPointField::UINT8));
+  ColouringPreprocessor preprocessor{NativeIntensity(0.04)};
+  ColouredOutput output;
+  ASSERT_TRUE(preprocessor.process(message, output).ok());
+  ASSERT_EQ(output.size(), 600u);
+  for (std::size_t i = 0; i < output.size(); ++i)
+    EXPECT_EQ(output[i].rgba, colourOf(i));
+}
+
+template <typename PointT>
+class ColouredTypes : public ::testing::Test {};
+
+using TestedTypes =
+    ::testing::Types<pcl::PointXYZRGB, pcl::PointXYZRGBA, pcl::PointXYZRGBNormal>;
+TYPED_TEST_SUITE(ColouredTypes, TestedTypes, );
+
+TYPED_TEST(ColouredTypes, KeepTheirColours)
+{
+  pcl::PointCloud<TypeParam> cloud;
+  for (std::size_t i = 0; i < 700; ++i) {
+    TypeParam point;
+    point.x = static_cast<float>(i);
+    point.rgba = colourOf(i);
+    cloud.push_back(point);
+  }
+  cloud[5].z = std::numeric_limits<float>::quiet_NaN();
+  SensorPreprocessor<CountIntensity, PointXYZRGBI> preprocessor{CountIntensity(0.04)};
+  ColouredOutput output;
+  ASSERT_TRUE(preprocessor.process(cloud, output).ok());
+  ASSERT_EQ(output.size(), 699u);
+  for (std::size_t i = 0; i < output.size(); ++i) {
+    EXPECT_EQ(output[i].rgba, colourOf(i + (i < 5 ? 0 : 1)));
+    EXPECT_EQ(output[i].intensity, 1.0f);
+  }
+  // Of an output type without intensity, too; a cloud may be its own output.
+  SensorPreprocessor<CountIntensity, pcl::PointXYZRGB> without{CountIntensity(0.04)};
+  pcl::PointCloud<pcl::PointXYZRGB> in_place;
+  ASSERT_TRUE(without.process(cloud, in_place).ok());
+  ASSERT_TRUE(without.process(in_place, in_place).ok());
+  ASSERT_EQ(in_place.size(), 699u);
+  for (std::size_t i = 0; i < in_place.size(); ++i)
+    EXPECT_EQ(in_place[i].rgba, output[i].rgba);
 }
 
 } // namespace

@@ -101,37 +101,48 @@ expectSameDescription(const PCLPointCloud2& cloud, const PCLPointCloud2& before)
   }
 }
 
-TEST(CloudOutlierRemoval, OrganisedCloudsKeepRowsColumnsAndAllOtherBytes)
+TEST(CloudOutlierRemoval, PointsAreMissingInRowsAndColumnsAndElseErased)
 {
   const LidarScan scan = snowyScan();
   const std::vector<bool> is_noise = noiseOf(scan);
-  for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
-    for (const std::uint32_t padding : {0u, 13u}) {
-      const PCLPointCloud2 before = messageOf(scan, datatype, true, padding);
-      PCLPointCloud2 expected = before;
-      const std::uint32_t size = datatype == PCLPointField::FLOAT64 ? 8 : 4;
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < scan.size(); ++i)
-        if (is_noise[i]) {
-          ++count;
+  const auto count =
+      static_cast<std::size_t>(std::count(is_noise.begin(), is_noise.end(), true));
+  for (const bool is_organised : {true, false})
+    for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
+      for (const std::uint32_t padding : {0u, 13u}) {
+        PCLPointCloud2 before = messageOf(scan, datatype, is_organised, padding);
+        // All other bytes stay.
+        std::vector<std::uint8_t> expected;
+        const std::uint32_t size = datatype == PCLPointField::FLOAT64 ? 8 : 4;
+        for (std::size_t i = 0; i < scan.size(); ++i) {
+          std::uint8_t* const point = before.data.data() +
+                                      i / before.width * before.row_step +
+                                      i % before.width * before.point_step;
+          std::vector<std::uint8_t> bytes(point, point + before.point_step);
           for (const std::uint32_t offset : {4u, 4 + 2 * size, 4 + 3 * size})
-            writeNumber(expected.data.data() + i / scan.width * expected.row_step +
-                            i % scan.width * expected.point_step + offset,
-                        datatype,
-                        std::numeric_limits<double>::quiet_NaN());
+            if (is_noise[i])
+              writeNumber(bytes.data() + offset,
+                          datatype,
+                          std::numeric_limits<double>::quiet_NaN());
+          if (is_organised || !is_noise[i])
+            expected.insert(expected.end(), bytes.begin(), bytes.end());
+          if (is_organised && i % scan.width + 1 == scan.width)
+            expected.insert(expected.end(),
+                            point + before.point_step,
+                            point + before.point_step + padding);
         }
-      PCLPointCloud2 cloud = before;
-      PointOutlierRemoval removal;
-      const OutlierRemovalStatus status = removeOutliers(cloud, removal);
-      EXPECT_TRUE(status.ok()) << status.message();
-      EXPECT_EQ(status.removed, count);
-      expectSameDescription(cloud, before);
-      EXPECT_EQ(cloud.width, before.width);
-      EXPECT_EQ(cloud.height, before.height);
-      EXPECT_EQ(cloud.row_step, before.row_step);
-      EXPECT_EQ(cloud.is_dense, 0);
-      EXPECT_EQ(cloud.data, expected.data);
-    }
+        PCLPointCloud2 cloud = before;
+        PointOutlierRemoval removal;
+        const OutlierRemovalStatus status = removeOutliers(cloud, removal);
+        EXPECT_TRUE(status.ok()) << status.message();
+        EXPECT_EQ(status.removed, count);
+        expectSameDescription(cloud, before);
+        EXPECT_EQ(cloud.width, is_organised ? scan.width : scan.size() - count);
+        EXPECT_EQ(cloud.height, before.height);
+        EXPECT_EQ(cloud.row_step, is_organised ? before.row_step : expected.size());
+        EXPECT_EQ(cloud.is_dense, is_organised ? 0 : before.is_dense);
+        EXPECT_EQ(cloud.data, expected);
+      }
 }
 
 TEST(CloudOutlierRemoval, CoordinatesOfSeveralTypesBecomeReal)
@@ -167,33 +178,6 @@ TEST(CloudOutlierRemoval, CoordinatesOfSeveralTypesBecomeReal)
       ASSERT_TRUE(std::isnan(number) || number == original);
     }
   }
-}
-
-TEST(CloudOutlierRemoval, PointsOfOthersAreErasedWithAllTheirBytes)
-{
-  const LidarScan scan = snowyScan();
-  const std::vector<bool> is_noise = noiseOf(scan);
-  for (const std::uint8_t datatype : {PCLPointField::FLOAT32, PCLPointField::FLOAT64})
-    for (const std::uint32_t padding : {0u, 13u}) {
-      const PCLPointCloud2 before = messageOf(scan, datatype, false, padding);
-      std::vector<std::uint8_t> expected;
-      for (std::size_t i = 0; i < scan.size(); ++i) {
-        const auto begin =
-            before.data.begin() + static_cast<std::ptrdiff_t>(i * before.point_step);
-        if (!is_noise[i])
-          expected.insert(expected.end(), begin, begin + before.point_step);
-      }
-      PCLPointCloud2 cloud = before;
-      PointOutlierRemoval removal;
-      const OutlierRemovalStatus status = removeOutliers(cloud, removal);
-      EXPECT_TRUE(status.ok()) << status.message();
-      expectSameDescription(cloud, before);
-      EXPECT_EQ(cloud.width, scan.size() - status.removed);
-      EXPECT_EQ(cloud.height, 1u);
-      EXPECT_EQ(cloud.row_step, expected.size());
-      EXPECT_EQ(cloud.is_dense, before.is_dense);
-      EXPECT_EQ(cloud.data, expected);
-    }
 }
 
 TEST(CloudOutlierRemoval, CloudsThatCannotBeJudgedAreNotChanged)

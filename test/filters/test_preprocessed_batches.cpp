@@ -3,6 +3,7 @@
 #include <pcl_ext/point_types.h>
 
 #include "filters/preprocessed_batches.h"
+#include "support/message_layouts.h"
 
 #include <pcl/conversions.h>
 #include <pcl/PCLPointCloud2.h>
@@ -13,7 +14,6 @@
 
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -130,32 +130,10 @@ expectBatches(const ModelT& model, const pcl::PCLPointCloud2& cloud)
   expectEqual(batches.statistics(), preprocessor.statistics());
 }
 
-template <typename NumberT>
-pcl::PCLPointCloud2
-xyzCloud(const std::vector<std::array<NumberT, 3>>& points)
-{
-  pcl::PCLPointCloud2 cloud;
-  for (const char* name : {"x", "y", "z"}) {
-    pcl::PCLPointField field;
-    field.name = name;
-    field.offset = cloud.point_step;
-    field.datatype = sizeof(NumberT) == 8 ? pcl::PCLPointField::FLOAT64
-                                          : pcl::PCLPointField::FLOAT32;
-    field.count = 1;
-    cloud.fields.push_back(field);
-    cloud.point_step += sizeof(NumberT);
-  }
-  cloud.height = 1;
-  cloud.width = static_cast<std::uint32_t>(points.size());
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.data.resize(cloud.row_step);
-  std::memcpy(cloud.data.data(), points.data(), cloud.data.size());
-  return cloud;
-}
-
-template <typename NumberT>
+/** \brief Expects that one point of a datatype is at a place to the last bit. */
 void
-expectPlace(const std::array<NumberT, 3>& point,
+expectPlace(std::uint8_t datatype,
+            const Eigen::Vector3d& point,
             const Eigen::Vector3d& translation,
             const Eigen::Vector3d& expected)
 {
@@ -167,7 +145,15 @@ expectPlace(const std::array<NumberT, 3>& point,
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(0.01);
   preprocessor.setCropBox(expected - margin, expected + margin);
   PreprocessedBatches<CountIntensity> batches(preprocessor);
-  const pcl::PCLPointCloud2 cloud = xyzCloud<NumberT>({point});
+  using pcl_ext::test::makeField;
+  pcl::PCLPointCloud2 cloud = pcl_ext::test::makeMessage({makeField("x", 0, datatype),
+                                                          makeField("y", 8, datatype),
+                                                          makeField("z", 16, datatype)},
+                                                         24,
+                                                         1);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    pcl_ext::test::writeNumber(
+        &cloud.data[8 * axis], datatype, point[static_cast<Eigen::Index>(axis)]);
   ASSERT_TRUE(batches.open(cloud).ok());
   PointView points;
   ASSERT_TRUE(batches.next(points));
@@ -180,10 +166,12 @@ expectPlace(const std::array<NumberT, 3>& point,
 
 TEST(PreprocessedBatches, FarPointsKeepThePrecisionOfDoubles)
 {
+  using Field = pcl::PCLPointField;
   const Eigen::Vector3d far(600000.125, 5200000.0625, 400.0);
-  expectPlace<double>({far.x(), far.y(), far.z()}, {0.0, 0.0, 0.0}, far);
-  expectPlace<double>({far.x(), far.y(), far.z()}, -far, {0.0, 0.0, 0.0});
-  expectPlace<float>({1.5f, -2.0f, 3.0f}, far, far + Eigen::Vector3d(1.5, -2.0, 3.0));
+  const Eigen::Vector3d near(1.5, -2.0, 3.0);
+  expectPlace(Field::FLOAT64, far, Eigen::Vector3d::Zero(), far);
+  expectPlace(Field::FLOAT64, far, -far, Eigen::Vector3d::Zero());
+  expectPlace(Field::FLOAT32, near, far, far + near);
 }
 
 TEST(PreprocessedBatches, HaveThePointsThatThePreprocessorWrites)

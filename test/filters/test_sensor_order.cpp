@@ -38,8 +38,8 @@ namespace {
 
 using namespace pcl_ext;
 
-constexpr int rows = 16;
-constexpr int columns = 90;
+constexpr int ring_count = 16;
+constexpr int column_count = 90;
 constexpr double begin = 1.6e9;
 constexpr double period = 1e-4;
 
@@ -52,11 +52,11 @@ measuredCloud(double delay = 0.0)
 {
   std::mt19937 random(4);
   pcl::PointCloud<TimedPoint> cloud;
-  for (int column = 0; column < columns; ++column)
-    for (int row = 0; row < rows; ++row) {
+  for (int column = 0; column < column_count; ++column)
+    for (int row = 0; row < ring_count; ++row) {
       if (random() % 5 == 0 || (column >= 40 && column < 45))
         continue;
-      const double angle = 2.0 * M_PI / columns * column;
+      const double angle = 2.0 * M_PI / column_count * column;
       const float range = 4.0f + 0.001f * static_cast<float>(random() % 1000);
       TimedPoint point{};
       point.x = range * static_cast<float>(std::cos(angle));
@@ -119,8 +119,8 @@ TEST(SensorOrder, RowsAreRingsAndColumnsAreTimes)
   for (const std::uint32_t width : {0u, 100u}) {
     pcl::PCLPointCloud2 message = received(sent);
     ASSERT_TRUE(arrangeByRing(message, {width, 0}).ok());
-    EXPECT_EQ(message.width, width > 0 ? width : columns);
-    ASSERT_EQ(message.height, std::uint32_t{rows});
+    EXPECT_EQ(message.width, width > 0 ? width : column_count);
+    ASSERT_EQ(message.height, std::uint32_t{ring_count});
     EXPECT_FALSE(message.is_dense);
     pcl::PointCloud<TimedPoint> cloud;
     pcl::fromPCLPointCloud2(message, cloud);

@@ -323,13 +323,75 @@ TEST(SensorPreprocessor, AnEmptyCloudGivesAnEmptyCloud)
   EXPECT_TRUE(output.empty());
   EXPECT_TRUE(output.is_dense);
   expectStatistics(preprocessor.statistics(), PreprocessingStatistics());
+}
 
+using CountingPreprocessor = SensorPreprocessor<CountIntensity>;
+
+/** \brief Expects that settings are refused with a word, in both ways to call it. */
+template <typename SetT>
+void
+expectInvalidSettings(const SetT& set, const std::string& culprit)
+{
+  CountingPreprocessor preprocessor{CountIntensity(preprocessed_resolution)};
+  set(preprocessor);
+  const auto cloud = cloudOf({{1.0f, 2.0f, 3.0f}});
   pcl::PCLPointCloud2 message;
-  pcl::toPCLPointCloud2(pcl::PointCloud<pcl::PointXYZ>(), message);
-  output = usedOutput();
-  const PreprocessingStatus status = preprocessor.process(message, output);
-  EXPECT_TRUE(status.ok()) << status.message();
-  EXPECT_TRUE(output.empty());
+  pcl::toPCLPointCloud2(cloud, message);
+  for (const bool is_typed : {true, false}) {
+    Output output = usedOutput();
+    const PreprocessingStatus status = is_typed ? preprocessor.process(cloud, output)
+                                                : preprocessor.process(message, output);
+    EXPECT_EQ(status.code(), PreprocessingCode::InvalidSettings);
+    EXPECT_NE(status.message().find(culprit), std::string::npos) << status.message();
+    EXPECT_TRUE(output.empty());
+  }
+  // It goes on with others.
+  preprocessor.setSensorPose(Eigen::Isometry3d::Identity());
+  preprocessor.setIntensityScale(1.0f);
+  preprocessor.clearCropBox();
+  Output output;
+  EXPECT_TRUE(preprocessor.process(cloud, output).ok());
+}
+
+TEST(SensorPreprocessorSettings, InvalidOnesAreRefused)
+{
+  for (const Eigen::Isometry3d& pose :
+       invalidPoses<Eigen::Isometry3d>(Eigen::Isometry3d::Identity()))
+    expectInvalidSettings(
+        [&](CountingPreprocessor& preprocessor) { preprocessor.setSensorPose(pose); },
+        "pose");
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool is_upper : {false, true})
+      for (const float bad : {is_upper ? -1.5f : 1.5f, not_a_number}) {
+        Eigen::Vector3d min = Eigen::Vector3d::Constant(-1.0);
+        Eigen::Vector3d max = Eigen::Vector3d::Constant(1.0);
+        (is_upper ? max : min)[axis] = double{bad};
+        expectInvalidSettings(
+            [&](CountingPreprocessor& preprocessor) {
+              preprocessor.setCropBox(min, max);
+            },
+            "crop box");
+      }
+  for (const float bad : {0.0f, -0.0f, -1.0f, not_a_number, infinity, -infinity})
+    expectInvalidSettings(
+        [bad](CountingPreprocessor& preprocessor) {
+          preprocessor.setIntensityScale(bad);
+        },
+        "scale");
+}
+
+TEST(SensorPreprocessorSettings, CropBoxMayReachBeyondTheRangeOfFloats)
+{
+  CountingPreprocessor preprocessor{CountIntensity(preprocessed_resolution)};
+  const Eigen::Vector3d far = Eigen::Vector3d::Constant(1e300);
+  const auto cloud = cloudOf({{1.0f, 2.0f, 3.0f}});
+  Output output;
+  preprocessor.setCropBox(-far, far);
+  EXPECT_TRUE(preprocessor.process(cloud, output).ok());
+  EXPECT_EQ(output.size(), 1u);
+  preprocessor.setCropBox(far, far);
+  EXPECT_TRUE(preprocessor.process(cloud, output).ok());
+  EXPECT_EQ(output.size(), 0u);
 }
 
 } // namespace

@@ -198,17 +198,13 @@ TEST_F(HealthOfOneStream, RatesAreOfTheFramesThatWereDecoded)
   sendFrames(stream, {3}); // fails
   clock.set(20500ms);
   sendFrames(stream, {2});
-  StreamRates rates = onlyHealth(node).rates;
+  const StreamRates rates = onlyHealth(node).rates;
   EXPECT_DOUBLE_EQ(rates.frames_per_second, 4.0);
   EXPECT_DOUBLE_EQ(
       rates.bytes_per_second,
       static_cast<double>(stream.frames[1].size() + stream.frames[2].size()) / 0.5);
   EXPECT_GT(rates.mean_cycle_seconds, 0.0);
   EXPECT_GE(rates.max_cycle_seconds, rates.mean_cycle_seconds);
-  clock.set(22500ms + 1ns);
-  rates = onlyHealth(node).rates;
-  EXPECT_EQ(rates.frames_per_second, 0.0);
-  EXPECT_EQ(rates.mean_cycle_seconds, 0.0);
 }
 
 TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)

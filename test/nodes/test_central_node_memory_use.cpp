@@ -35,20 +35,17 @@ largeThenSmall(std::size_t large_frames, std::size_t small_frames)
   return frames;
 }
 
-using Streams = std::vector<std::vector<Bytes>>;
-
-/** \brief What decoders of these streams keep, each of which ends before the next. */
+/** \brief What a decoder of these frames keeps. */
 std::size_t
-keptByDecoders(const Streams& streams)
+keptByDecoder(const std::vector<Bytes>& frames)
 {
   const MemoryUse memory_use;
-  std::vector<FrameDecoder> decoders(streams.size());
+  FrameDecoder decoder;
   DecodingMemory memory;
-  for (std::size_t i = 0; i < streams.size(); ++i)
-    for (const Bytes& bytes : streams[i]) {
-      VoxelFrame voxels;
-      decoders[i].decode(bytes.data(), bytes.size(), voxels, memory);
-    }
+  for (const Bytes& bytes : frames) {
+    VoxelFrame voxels;
+    decoder.decode(bytes.data(), bytes.size(), voxels, memory);
+  }
   return memory_use.live();
 }
 
@@ -58,7 +55,7 @@ keptByDecoders(const Streams& streams)
 std::size_t
 keptByNode(const std::vector<Bytes>& frames, bool merges)
 {
-  const std::size_t of_decoder = keptByDecoders({frames});
+  const std::size_t of_decoder = keptByDecoder(frames);
   CentralNodeSettings settings = centralSettings();
   settings.threads = 1;
   settings.max_merge_age = Time::max();
@@ -75,22 +72,14 @@ keptByNode(const std::vector<Bytes>& frames, bool merges)
   return kept - std::min(kept, of_decoder);
 }
 
-TEST(CentralNodeMemoryUse, LargeFramesAreShownAndMerged)
-{
-  // Else the other tests would say nothing.
-  const std::vector<Bytes> frames = largeThenSmall(2, 0);
-  EXPECT_GT(keptByNode(frames, false), 10 * floor_of_rule);
-  EXPECT_GT(keptByNode(frames, true), keptByNode(frames, false) + 10 * floor_of_rule);
-}
-
 TEST(CentralNodeMemoryUse, IsReleasedSomeFramesAfterALargeOne)
 {
+  // Large frames that are shown and merged take memory; else this would say nothing.
+  const std::size_t shown = keptByNode(largeThenSmall(2, 0), false);
+  EXPECT_GT(shown, 10 * floor_of_rule);
+  EXPECT_GT(keptByNode(largeThenSmall(2, 0), true), shown + 10 * floor_of_rule);
   EXPECT_LT(keptByNode(largeThenSmall(2, 10), false), floor_of_rule);
   EXPECT_LT(keptByNode(largeThenSmall(1, 10), false), floor_of_rule);
-}
-
-TEST(CentralNodeMemoryUse, OfMergingIsReleased)
-{
   EXPECT_LT(keptByNode(largeThenSmall(2, 10), true), 2 * floor_of_rule);
 }
 
@@ -127,26 +116,6 @@ TEST(CentralNodeMemoryUse, AFrameThatFailsKeepsNone)
   EXPECT_FALSE(decoder.decode(frames[0].data(), frames[0].size(), voxels).ok());
   EXPECT_GT(voxels.keys.capacity() * sizeof(voxels.keys[0]), 4 * floor_of_rule);
   EXPECT_LT(keptByNode(frames, false), floor_of_rule);
-}
-
-TEST(CentralNodeMemoryUse, ThreadsKeepNoneOfAnEndedStream)
-{
-  const std::vector<Bytes> large = largeThenSmall(1, 0);
-  const std::vector<Bytes> small = largeThenSmall(0, 10);
-  const std::size_t of_decoders = keptByDecoders({large, small});
-  const MemoryUse memory_use;
-  CentralNodeSettings settings = centralSettings();
-  settings.threads = 1;
-  CentralNode node(settings);
-  node.addStream("ended");
-  node.addStream("going on");
-  sendAndWait(node, "ended", large[0]);
-  for (const Bytes& bytes : small)
-    sendAndWait(node, "going on", bytes);
-  const std::size_t kept = memory_use.live();
-  const VoxelFrame shown = latestVoxels(node, "ended");
-  EXPECT_GT(shown.size() * 10, 4 * floor_of_rule);
-  EXPECT_LT(kept, of_decoders + shown.size() * 10 + floor_of_rule);
 }
 
 TEST(CentralNodeMemoryUse, OfAllStreamsIsWithinTheBudget)

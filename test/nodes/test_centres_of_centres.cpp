@@ -153,19 +153,6 @@ TEST(CentresOfCentres, ZonesAreOneCentreAlsoWhileTheyWaitForADeadSensor)
 {
   Site site;
   site.run(400ms);
-  site.run(1600ms, 4);
-  EXPECT_GE(compareTopWithOne(site, all_known, 800ms), 6u);
-  // The scenes move.
-  EXPECT_NE(site.one().merged.at(first_stamp + 600ms),
-            site.one().merged.at(first_stamp + 700ms));
-  // When its last frame is too old depends on when that was decoded.
-  EXPECT_GE(compareTopWithOne(site, 1200ms, 2000ms), 6u);
-}
-
-TEST(CentresOfCentres, KnowsADeadSensorOfACentreBelow)
-{
-  Site site;
-  site.run(400ms);
   EXPECT_EQ(reportOf(site.top(), "/zone_1").message(), "OK");
   site.top().takeSent();
   site.run(1300ms, 4);
@@ -195,6 +182,13 @@ TEST(CentresOfCentres, KnowsADeadSensorOfACentreBelow)
                                       "/zone_2",
                                       "/zone_2: /2",
                                       "/zone_2: /5"}));
+  site.run(300ms, 4);
+  EXPECT_GE(compareTopWithOne(site, all_known, 800ms), 6u);
+  // The scenes move.
+  EXPECT_NE(site.one().merged.at(first_stamp + 600ms),
+            site.one().merged.at(first_stamp + 700ms));
+  // When its last frame is too old depends on when that was decoded.
+  EXPECT_GE(compareTopWithOne(site, 1200ms, 2000ms), 6u);
 }
 
 TEST(CentresOfCentres, CountsDroppedFramesWhereTheyWereDropped)
@@ -225,8 +219,8 @@ TEST(CentresOfCentres, TakesAnySources)
   TestedCentre centre(now);
   ASSERT_TRUE(centre->addStream("zone").ok());
   const std::vector<MergedSource> many(
-      10000, MergedSource{std::string(5000, 'x'), Time::max(), ~std::size_t{0}});
-  for (int i = 0; i < 100; ++i)
+      4100, MergedSource{std::string(1100, 'x'), Time::max(), ~std::size_t{0}});
+  for (int i = 0; i < 20; ++i)
     centre->setSources("zone", i % 2 == 0 ? Time::max() : Time::min() + Time(i), many);
   centre->setSources("unknown", Time(0), many);
   ASSERT_TRUE(centre->receive("zone", stream.frames[0], first_stamp).ok());

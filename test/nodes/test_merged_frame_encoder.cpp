@@ -7,6 +7,8 @@
 
 namespace {
 
+namespace merged_frame_encoder {
+
 using namespace pcl_ext::nodes::test;
 using pcl_ext::io::IntensityScale;
 
@@ -78,17 +80,14 @@ TEST_P(MergedFrames, OfThreeCentresAreThoseOfOne)
     one.addStream(std::to_string(stream));
     all[stream % zones]->node.addStream(std::to_string(stream));
   }
-  std::size_t bytes = 0;
-  for (std::size_t number = 0; number < 12; ++number) {
+  for (std::size_t number = 0; number < 6; ++number) {
     for (std::size_t stream = 0; stream < streams; ++stream) {
       const Bytes frame = coded(someVoxels(random, GetParam()));
       sendAndWait(one, std::to_string(stream), frame);
       sendAndWait(all[stream % zones]->node, std::to_string(stream), frame);
     }
     for (std::size_t zone = 0; zone < zones; ++zone) {
-      const Bytes frame = all[zone]->next(number);
-      bytes += frame.size();
-      sendAndWait(top, std::to_string(zone), frame);
+      sendAndWait(top, std::to_string(zone), all[zone]->next(number));
     }
     VoxelFrame expected;
     VoxelFrame merged;
@@ -101,7 +100,6 @@ TEST_P(MergedFrames, OfThreeCentresAreThoseOfOne)
     EXPECT_EQ(worldVoxels(merged), worldVoxels(expected));
     EXPECT_EQ(merged.colour_bits, 8u);
   }
-  EXPECT_GT(bytes, 0u);
 }
 
 // Counts, shares of a voxel's face, hundredths.
@@ -201,5 +199,7 @@ TEST(MergedFrameEncoder, IFramesComeByStamps)
   }
   EXPECT_EQ(kinds, "IPPIPI");
 }
+
+} // namespace merged_frame_encoder
 
 } // namespace

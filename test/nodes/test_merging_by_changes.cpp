@@ -104,21 +104,21 @@ private:
   void
   expectSameStream(CentralNode& node, const VoxelFrame& expected)
   {
-    ++encoded_by_changes_;
+    bool is_whole = changes_.voxels.is_from_nothing;
     VoxelFrame merged;
     const auto voxels = [&]() -> const VoxelFrame& {
-      --encoded_by_changes_;
+      is_whole = true;
       node.mergedVoxels(merged);
       expectSameFrame(merged, expected);
       return merged;
     };
-    encoded_by_changes_ -= changes_.voxels.is_from_nothing ? 1 : 0;
     Bytes bytes;
     Bytes expected_bytes;
     const pcl_ext::nodes::Time stamp = std::chrono::milliseconds(10 * number_);
     EXPECT_TRUE(by_changes_.encode(changes_, voxels, stamp, "map", bytes).ok());
     EXPECT_TRUE(whole_.encode(expected, stamp, "map", expected_bytes).ok());
     EXPECT_EQ(bytes, expected_bytes);
+    encoded_by_changes_ += is_whole ? 0 : 1;
   }
 
   MergedChanges changes_;
@@ -273,7 +273,7 @@ TEST_P(MergingByChanges, IsTheSameAsOfWholeFrames)
   EXPECT_GT(follower_.encodedByChanges(), calm_rounds / 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, MergingByChanges, ::testing::Values(1, 2, 3, 4));
+INSTANTIATE_TEST_SUITE_P(Seeds, MergingByChanges, ::testing::Values(1, 2));
 
 TEST(MergingByChangesMemory, AFailureLosesNoVoxels)
 {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -21,6 +22,19 @@ using namespace pcl_ext::nodes;
 using namespace pcl_ext::nodes::test;
 using namespace std::chrono_literals;
 using Voxels = pcl_ext::test::WorldVoxels;
+
+/** \brief Settings of a centre that works when it is told to.
+ * \param[in] turn of its work
+ */
+MergingCentreSettings
+settingsOf(const std::optional<Time>& turn)
+{
+  MergingCentreSettings settings;
+  settings.node = centralSettings();
+  settings.has_thread = false;
+  settings.turn = turn;
+  return settings;
+}
 
 TEST(MergingCentre, ForgetsStreamsThatAreRemoved)
 {
@@ -139,14 +153,10 @@ TEST(MergingCentre, MergesByItself)
 TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
 {
   const CodedStream stream({});
-  MergingCentreSettings settings;
-  settings.node = centralSettings();
-  settings.has_thread = false;
-  settings.turn = 0s;
   Gate gate;
   std::vector<Time> merged;
   MergingCentre centre(
-      settings,
+      settingsOf(0s),
       [&](const ReceivedFrame&) { gate.pass(); },
       [&](const MergedFrame& frame) { merged.push_back(frame.time); });
   centre.setMerging(true);
@@ -172,13 +182,10 @@ TEST(MergingCentre, WorkDoesNotWaitIfItNeedNot)
 TEST(MergingCentre, MergesAllThatIsDueInOneTurn)
 {
   const CodedStream stream = streamOf(30, 20);
-  MergingCentreSettings settings;
-  settings.node = centralSettings();
-  settings.has_thread = false;
-  settings.turn = 1h;
   std::vector<Time> merged;
-  MergingCentre centre(
-      settings, {}, [&](const MergedFrame& frame) { merged.push_back(frame.time); });
+  MergingCentre centre(settingsOf(1h), {}, [&](const MergedFrame& frame) {
+    merged.push_back(frame.time);
+  });
   centre.setMerging(true);
   ASSERT_TRUE(centre.addStream("a").ok());
   for (std::size_t i = 0; i < stream.frames.size(); ++i)
@@ -194,10 +201,7 @@ TEST(MergingCentre, MergesOrCountsWhatIsThereAtTheEnd)
   const CodedStream stream({});
   for (const bool has_time : {true, false}) {
     TestTime now{Time(0)};
-    MergingCentreSettings settings;
-    settings.node = centralSettings();
-    settings.has_thread = false;
-    settings.turn = 0s;
+    MergingCentreSettings settings = settingsOf(0s);
     settings.arrival_clock = [&now] { return now.load(); };
     Gate gate;
     std::vector<Time> merged;
@@ -225,12 +229,9 @@ TEST(MergingCentre, RefusesNoFrameOfABurst)
 {
   const CodedStream stream = streamOf(30, 20);
   for (const bool waits : {false, true}) {
-    MergingCentreSettings settings;
-    settings.node = centralSettings();
+    MergingCentreSettings settings =
+        settingsOf(waits ? MergingCentreSettings().turn : std::optional(Time(0)));
     settings.node.max_waiting_frames = 3;
-    settings.has_thread = false;
-    if (!waits)
-      settings.turn = 0s;
     std::atomic<std::size_t> merged{0};
     MergingCentre centre(settings, {}, [&](const MergedFrame&) { ++merged; });
     centre.setMerging(true);

@@ -3,11 +3,13 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 #include <pcl_ext/point_types.h>
 
+#include "simd/vector_choice.h"
+#include "simulator/crop_box.h"
+#include "support/cell_frames.h"
 #include "support/message_layouts.h"
 #include "support/node_tests.h"
 
 #include <limits>
-#include <set>
 
 namespace {
 
@@ -162,28 +164,14 @@ TEST(SensorNode, BytesAreThoseOfThePipeline)
 TEST(SensorNode, ReadsTheIntensityFieldOfTheSettings)
 {
   SensorNodeSettings settings = settingsOf(IntensityLaw::Native);
+  SensorNode plain(settings);
   settings.intensity_field = "reflectivity";
-  settings.compression.bounding_box = BoundingBox{{-10, -10, -10}, {10, 10, 10}};
   SensorNode node(settings);
-  using pcl_ext::test::makeField;
-  const pcl::PCLPointCloud2 message = pcl_ext::test::makeMessage(
-      {makeField("x", 0, pcl::PCLPointField::FLOAT32),
-       makeField("y", 4, pcl::PCLPointField::FLOAT32),
-       makeField("reflectivity", 8, pcl::PCLPointField::UINT16),
-       makeField("z", 12, pcl::PCLPointField::FLOAT32)},
-      20,
-      9);
-  FrameDecoder decoder;
-  const VoxelFrame frame =
-      decodedWith(decoder, encoded(node, message, WorldPose::Identity()));
-  std::multiset<double> intensities;
-  for (const auto& voxel : worldVoxels(frame))
-    intensities.insert(voxel.second);
-  EXPECT_EQ(intensities, (std::multiset<double>{0, 7, 14, 21, 28, 35, 42, 49, 56}));
-
-  pcl::PCLPointCloud2 without = message;
-  pcl_ext::test::fieldOf(without, "reflectivity").name = "intensity";
-  expectLeftOut(node, without, WorldPose::Identity(), SensorNodeCode::InvalidCloud);
+  const pcl::PCLPointCloud2 cloud = messageOf(cloudSeenFrom(poseOf(0), 1));
+  pcl::PCLPointCloud2 renamed = cloud;
+  pcl_ext::test::fieldOf(renamed, "intensity").name = "reflectivity";
+  EXPECT_EQ(encoded(node, renamed, poseOf(0)), encoded(plain, cloud, poseOf(0)));
+  expectLeftOut(node, cloud, poseOf(0), SensorNodeCode::InvalidCloud);
 }
 
 TEST(SensorNode, ABoundingBoxOfItsOwnIsNotReplacedByTheCropBox)
@@ -263,6 +251,102 @@ TEST(SensorNode, IFramesComeByStampsOrWithoutThemByTheClock)
     }
     EXPECT_EQ(frame_types, "IPPIPI");
   }
+}
+
+TEST(SensorNodeStatistics, CountBytesPointsAndVoxels)
+{
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.crop_box = BoundingBox{{-0.2, -1.0, -1.0}, {1.0, 1.0, 1.0}};
+  SensorNode node(settings);
+  std::uint64_t cloud_bytes = 0;
+  std::uint64_t frame_bytes = 0;
+  for (unsigned int frame = 0; frame < 5; ++frame) {
+    const Cloud seen = cloudSeenFrom(poseOf(frame), frame, 500 + 100 * frame);
+    const Cloud preprocessed =
+        naivelyPreprocessed(seen, poseOf(frame), naiveCount, settings.crop_box);
+    if (frame == 2)
+      node.requestIFrame();
+    const Bytes bytes = encoded(node, messageOf(seen), poseOf(frame));
+    EXPECT_EQ(node.statistics().frame.coding.is_i_frame, frame == 0 || frame == 2);
+    cloud_bytes += sizeof(pcl::PointXYZI) * seen.size();
+    frame_bytes += bytes.size();
+    const SensorNodeStatistics statistics = node.statistics();
+    EXPECT_EQ(statistics.frames, frame + 1);
+    EXPECT_EQ(statistics.i_frames, frame < 2 ? 1u : 2u);
+    EXPECT_EQ(statistics.encode_times.count(), frame + 1);
+    EXPECT_GT(statistics.encode_times.sum_seconds, 0.0);
+    EXPECT_EQ(statistics.cloud_bytes, cloud_bytes);
+    EXPECT_EQ(statistics.frame_bytes, frame_bytes);
+    EXPECT_DOUBLE_EQ(statistics.compressionRatio(),
+                     static_cast<double>(cloud_bytes) /
+                         static_cast<double>(frame_bytes));
+    EXPECT_EQ(statistics.preprocessing.points, seen.size());
+    EXPECT_EQ(statistics.preprocessing.points_cropped,
+              seen.size() - preprocessed.size());
+    EXPECT_EQ(statistics.frame.voxelization.points, preprocessed.size());
+    EXPECT_EQ(statistics.frame.coding.voxels,
+              naiveVoxels(preprocessed, resolution).size());
+    EXPECT_EQ(statistics.frame.coding.bytes, bytes.size());
+    EXPECT_EQ(statistics.frame.coding.frame_number, frame + 1);
+  }
+  EXPECT_GT(node.statistics().preprocessing.points_cropped, 0u);
+}
+
+TEST(SensorNodeStatistics, RatesAndLatenciesAreOfTheClockOfTheSettings)
+{
+  FakeClock clock;
+  SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+  settings.clock = clock.clock();
+  SensorNode node(settings);
+  std::vector<std::size_t> sizes;
+  // A quarter of a second apart, ready 50, 80 and 20 ms behind their stamps.
+  for (const auto& [stamp, ready] :
+       {std::pair(7000, 7050ms), {7220, 7300ms}, {7530, 7550ms}}) {
+    clock.set(ready);
+    const auto microseconds = std::uint64_t{1000} * static_cast<unsigned int>(stamp);
+    const Cloud seen = cloudSeenFrom(poseOf(0), static_cast<unsigned int>(stamp));
+    sizes.push_back(encoded(node, messageOf(seen, microseconds), poseOf(0)).size());
+  }
+  // Clouds that are left out are no frames.
+  clock.set(7600ms);
+  expectLeftOut(
+      node, pcl::PCLPointCloud2(), std::nullopt, SensorNodeCode::InvalidCloud);
+  const StreamRates rates = node.statistics().rates;
+  EXPECT_DOUBLE_EQ(rates.frames_per_second, 4.0);
+  EXPECT_DOUBLE_EQ(rates.bytes_per_second,
+                   static_cast<double>(sizes[1] + sizes[2]) / 0.5);
+  EXPECT_DOUBLE_EQ(rates.mean_latency_seconds, 0.05);
+  EXPECT_DOUBLE_EQ(rates.max_latency_seconds, 0.08);
+  EXPECT_GT(rates.mean_cycle_seconds, 0.0);
+  EXPECT_GE(rates.max_cycle_seconds, rates.mean_cycle_seconds);
+  clock.set(10s);
+  EXPECT_EQ(node.statistics().rates.frames_per_second, 0.0);
+}
+
+TEST(SensorNodeVectors, BytesAreTheSameWithAvx2AndWithout)
+{
+  if (!pcl_ext::hasAvx2())
+    GTEST_SKIP() << "this machine has no AVX2";
+  pcl_ext::cell::RobotCell cell;
+  std::vector<pcl_ext::cell::CellFrame> frames;
+  for (std::uint32_t i = 0; i < 3; ++i)
+    frames.push_back(pcl_ext::cell::test::capture(cell, 1, i));
+  const auto encode = [&](double voxel_edge, bool uses_avx2) {
+    pcl_ext::may_use_avx2 = uses_avx2;
+    EXPECT_EQ(pcl_ext::usesAvx2(), uses_avx2);
+    SensorNodeSettings settings = settingsOf(IntensityLaw::Count);
+    settings.compression.resolution = voxel_edge;
+    settings.crop_box = pcl_ext::cell::cropBox();
+    SensorNode node(settings);
+    std::vector<Bytes> stream;
+    for (const auto& frame : frames)
+      stream.push_back(encoded(node, messageOf(frame.cloud), WorldPose(frame.pose)));
+    pcl_ext::may_use_avx2 = true;
+    return stream;
+  };
+  // In the third case the points' voxels are computed by division.
+  for (const double voxel_edge : {0.04, 0.005, 0.00001})
+    EXPECT_EQ(encode(voxel_edge, false), encode(voxel_edge, true)) << voxel_edge;
 }
 
 } // namespace

@@ -118,67 +118,62 @@ limitedSettings(double max_rate)
   return settings;
 }
 
-TEST(SensorNodeRate, OutliersStayWhereVoxelsAreTooLargeToBeJudged)
+TEST(SensorNodeRate, OutliersStayWhereVoxelsBecomeTooLargeToBeJudged)
 {
   SensorNodeSettings settings = limitedSettings(4e3);
   settings.compression.resolution = 0.15;
   settings.outlier_removal.emplace();
   RatedNode sent(settings);
-  std::set<bool> stayed;
-  for (unsigned int i = 0; i < 30; ++i) {
-    if (!sent.send(wall(i)).hasFrame())
-      continue;
-    const SensorNodeStatistics statistics = sent.node.statistics();
-    EXPECT_EQ(statistics.outliers_stay,
-              statistics.frame.voxelization.resolution >
-                  pcl_ext::VoxelOutlierRemoval::max_resolution);
-    stayed.insert(statistics.outliers_stay);
-  }
-  EXPECT_EQ(stayed, (std::set<bool>{true}));
+  for (unsigned int i = 0; i < 30; ++i)
+    sent.send(wall(i));
+  EXPECT_GT(sent.frames, 0u);
+  EXPECT_GT(sent.frame.grid.resolution, pcl_ext::VoxelOutlierRemoval::max_resolution);
+  EXPECT_TRUE(sent.node.statistics().outliers_stay);
 }
 
 TEST(SensorNodeRate, ReceiversMissNothingOfWhatIsSent)
 {
-  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published})
-    for (const Effort effort : {Effort::Fast, Effort::Balanced}) {
-      SensorNodeSettings settings =
-          limitedSettings(format == StreamFormat::Published ? 1.4e5 : 3e5);
-      settings.compression.format = format;
-      settings.compression.effort = effort;
-      settings.compression.i_frame_rate = 1000;
-      settings.compression.max_encode_ms = 1e4; // efforts rise, too
-      RatedNode sent(settings);
-      std::size_t dropped = 0; // after encoding
-      std::size_t changes = 0;
-      bool is_left_out = false;
-      for (unsigned int i = 0; i < 200; ++i) {
-        // Now and then a cloud that nothing has told of.
-        const std::size_t points = i % 40 == 39 ? 30000 : i < 100 ? 3000 : 300;
-        const SensorNodeStatus status = sent.send(wall(i, points));
-        if (!status.hasFrame()) {
-          expectCode(status, SensorNodeCode::LeftOut);
-          is_left_out = true;
-          continue;
-        }
-        const std::size_t changes_now = sent.node.statistics().rate_control.changes;
-        EXPECT_EQ(status.message().find("rate control: voxels of ") !=
-                      std::string::npos,
-                  changes_now > changes)
-            << status.message();
-        dropped += is_left_out && changes_now == changes &&
-                           sent.decoder.statistics().is_i_frame && sent.frames > 1
-                       ? 1
-                       : 0;
-        is_left_out = false;
-        changes = changes_now;
-        EXPECT_EQ(sent.frame.grid.resolution,
-                  sent.node.statistics().rate_control.resolution);
+  for (const auto& [format, effort] :
+       {std::pair(StreamFormat::Version1, Effort::Fast),
+        std::pair(StreamFormat::Version1, Effort::Balanced),
+        std::pair(StreamFormat::Published, Effort::Fast)}) {
+    SensorNodeSettings settings =
+        limitedSettings(format == StreamFormat::Published ? 1.4e5 : 3e5);
+    settings.compression.format = format;
+    settings.compression.effort = effort;
+    settings.compression.i_frame_rate = 1000;
+    settings.compression.max_encode_ms = 1e4; // efforts rise, too
+    RatedNode sent(settings);
+    std::size_t dropped = 0; // after encoding
+    std::size_t changes = 0;
+    bool is_left_out = false;
+    for (unsigned int i = 0; i < 200; ++i) {
+      // Now and then a cloud that nothing has told of.
+      const std::size_t points = i % 40 == 39 ? 30000 : i < 100 ? 3000 : 300;
+      const SensorNodeStatus status = sent.send(wall(i, points));
+      if (!status.hasFrame()) {
+        expectCode(status, SensorNodeCode::LeftOut);
+        is_left_out = true;
+        continue;
       }
-      EXPECT_GT(dropped, 0u);
-      EXPECT_GT(changes, 1u);
-      EXPECT_GT(sent.frames, 100u);
-      sent.expectAllCounted();
+      const std::size_t changes_now = sent.node.statistics().rate_control.changes;
+      EXPECT_EQ(status.message().find("rate control: voxels of ") != std::string::npos,
+                changes_now > changes)
+          << status.message();
+      dropped += is_left_out && changes_now == changes &&
+                         sent.decoder.statistics().is_i_frame && sent.frames > 1
+                     ? 1
+                     : 0;
+      is_left_out = false;
+      changes = changes_now;
+      EXPECT_EQ(sent.frame.grid.resolution,
+                sent.node.statistics().rate_control.resolution);
     }
+    EXPECT_GT(dropped, 0u);
+    EXPECT_GT(changes, 1u);
+    EXPECT_GT(sent.frames, 100u);
+    sent.expectAllCounted();
+  }
 }
 
 using LatticeVoxels = std::set<std::array<std::int64_t, 3>>;
@@ -210,44 +205,42 @@ hurriedSettings(IntensityLaw law)
   return settings;
 }
 
-void
-expectUnions(const SensorNodeSettings& settings, double step, const WorldPose& pose)
-{
-  SensorNode rated(settings);
-  SensorNodeSettings fixed = settings;
-  fixed.compression.max_encode_ms = 0.0;
-  SensorNode fine_node(fixed);
-  FrameDecoder decoder;
-  FrameDecoder fine_decoder;
-  std::size_t coarse_frames = 0;
-  for (unsigned int i = 0; i < 40; ++i) {
-    const pcl::PCLPointCloud2 cloud = wall(i, 20000, step);
-    const VoxelFrame fine = decodedWith(fine_decoder, encoded(fine_node, cloud, pose));
-    const VoxelFrame frame = decodedWith(decoder, encoded(rated, cloud, pose));
-    const unsigned int doublings = rated.statistics().rate_control.step.doublings;
-    EXPECT_EQ(frame.grid.origin, fine.grid.origin);
-    EXPECT_EQ(frame.grid.resolution,
-              std::ldexp(fine.grid.resolution, static_cast<int>(doublings)));
-    EXPECT_EQ(latticeVoxels(frame, 0), latticeVoxels(fine, doublings));
-    coarse_frames += doublings == 2 ? 1 : 0;
-  }
-  EXPECT_GT(coarse_frames, 0u);
-}
-
 TEST(SensorNodeRate, CoarseVoxelsAreUnionsOfFineOnes)
 {
-  SensorNodeSettings settings = hurriedSettings(IntensityLaw::None);
-  expectUnions(settings, 0.0, identity);
-  {
-    SCOPED_TRACE("UTM");
-    WorldPose far = identity;
-    far.translate(Eigen::Vector3d(468123.4, 5261011.7, 312.6));
-    expectUnions(settings, 0.0, far);
+  WorldPose far = identity;
+  far.translate(Eigen::Vector3d(468123.4, 5261011.7, 312.6));
+  struct Case {
+    const char* what;
+    WorldPose pose;
+    double step; ///< of coordinates
+    bool use_step;
+  };
+  for (const Case& one : {Case{"UTM", far, 0.0, false},
+                          Case{"coordinates on a lattice", identity, 0.02, false},
+                          Case{"which voxels follow", identity, 0.05, true}}) {
+    SCOPED_TRACE(one.what);
+    SensorNodeSettings settings = hurriedSettings(IntensityLaw::None);
+    settings.compression.use_coordinate_step = one.use_step;
+    SensorNode rated(settings);
+    settings.compression.max_encode_ms = 0.0;
+    SensorNode fine_node(settings);
+    FrameDecoder decoder;
+    FrameDecoder fine_decoder;
+    std::size_t coarse_frames = 0;
+    for (unsigned int i = 0; i < 40 && coarse_frames < 3; ++i) {
+      const pcl::PCLPointCloud2 cloud = wall(i, 20000, one.step);
+      const VoxelFrame fine =
+          decodedWith(fine_decoder, encoded(fine_node, cloud, one.pose));
+      const VoxelFrame frame = decodedWith(decoder, encoded(rated, cloud, one.pose));
+      const unsigned int doublings = rated.statistics().rate_control.step.doublings;
+      EXPECT_EQ(frame.grid.origin, fine.grid.origin);
+      EXPECT_EQ(frame.grid.resolution,
+                std::ldexp(fine.grid.resolution, static_cast<int>(doublings)));
+      EXPECT_EQ(latticeVoxels(frame, 0), latticeVoxels(fine, doublings));
+      coarse_frames += doublings == 2 ? 1 : 0;
+    }
+    EXPECT_GT(coarse_frames, 0u);
   }
-  SCOPED_TRACE("coordinates on a lattice");
-  expectUnions(settings, 0.02, identity);
-  settings.compression.use_coordinate_step = true;
-  expectUnions(settings, 0.05, identity);
 }
 
 TEST(SensorNodeRate, CoarseIntensitiesAreThoseOfANodeOfThatResolution)
@@ -260,7 +253,7 @@ TEST(SensorNodeRate, CoarseIntensitiesAreThoseOfANodeOfThatResolution)
     FrameDecoder decoder;
     FrameDecoder fixed_decoder;
     std::size_t compared = 0;
-    for (unsigned int i = 0; i < 40; ++i) {
+    for (unsigned int i = 0; i < 40 && compared < 3; ++i) {
       const pcl::PCLPointCloud2 cloud = wall(i, 20000);
       const VoxelFrame expected =
           decodedWith(fixed_decoder, encoded(fixed, cloud, poseOf(0)));

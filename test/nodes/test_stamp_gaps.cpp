@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstddef>
 #include <random>
+#include <utility>
+#include <vector>
 
 namespace {
 
@@ -58,8 +60,14 @@ private:
 
 TEST(StampGaps, LossesAreCounted)
 {
-  for (const double loss : {0.02, 0.3, 0.58})
-    for (const double jitter : {0.0, 1.0, 3.0}) {
+  // With a large jitter losses cannot be told, but none is made up.
+  using Jitters = std::vector<double>;
+  for (const auto& [loss, jitters] :
+       {std::pair(0.0, Jitters{0.0, 1.0, 3.0, 10.0, 25.0}),
+        std::pair(0.02, Jitters{0.0, 1.0, 3.0}),
+        std::pair(0.3, Jitters{0.0, 1.0, 3.0}),
+        std::pair(0.58, Jitters{0.0, 1.0, 3.0})})
+    for (const double jitter : jitters) {
       Sensor sensor(loss, jitter);
       for (int part = 0; part < 5; ++part) {
         sensor.send(1000);
@@ -70,15 +78,6 @@ TEST(StampGaps, LossesAreCounted)
                   0.1 * static_cast<double>(sensor.lost))
           << loss << " of the clouds, jitter " << jitter << " ms";
     }
-}
-
-TEST(StampGaps, WithoutLossesNoneAreCounted)
-{
-  for (const double jitter : {0.0, 1.0, 3.0, 10.0, 25.0}) {
-    Sensor sensor(0.0, jitter);
-    sensor.send(5000);
-    EXPECT_EQ(sensor.counted, 0u) << jitter << " ms";
-  }
 }
 
 /** \brief Clouds that are missing by the intervals between them, ms. */

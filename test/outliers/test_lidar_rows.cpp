@@ -20,7 +20,6 @@ namespace {
 
 using namespace pcl_ext;
 using io::FieldType;
-using test::Hit;
 using test::LidarRoom;
 using test::LidarScan;
 
@@ -122,15 +121,22 @@ at(const std::vector<float>& log_odds, const std::vector<std::size_t>& pixels)
   return chosen;
 }
 
+/** \brief The rows of pixels. */
 std::vector<int>
-ringsOf(const LidarScan& scan,
-        const std::vector<std::size_t>& pixels,
-        const std::vector<int>& ring_of_row)
+rowsOf(const LidarScan& scan, const std::vector<std::size_t>& pixels)
 {
-  std::vector<int> rings;
+  std::vector<int> rows;
   for (const std::size_t pixel : pixels)
-    rings.push_back(ring_of_row[pixel / scan.width]);
-  return rings;
+    rows.push_back(static_cast<int>(pixel / scan.width));
+  return rows;
+}
+
+std::vector<std::size_t>
+allPixelsOf(const LidarScan& scan)
+{
+  std::vector<std::size_t> pixels(scan.size());
+  std::iota(pixels.begin(), pixels.end(), 0u);
+  return pixels;
 }
 
 std::vector<std::size_t>
@@ -148,10 +154,9 @@ TEST(LidarRows, RingsOfAnyTypeNumberAndOrderAreRowsOfAnImage)
   const std::vector<std::size_t> pixels = shuffled(returnsOf(scan));
   // Lasers of some sensors are not numbered from one side to the other, and some have
   // none of the numbers.
-  std::vector<int> ring_of_row(scan.height);
-  for (int row = 0; row < static_cast<int>(scan.height); ++row)
-    ring_of_row[static_cast<std::size_t>(row)] = 5 * (row * 7 % 24) + 2;
-  const std::vector<int> rings = ringsOf(scan, pixels, ring_of_row);
+  std::vector<int> rings = rowsOf(scan, pixels);
+  for (int& ring : rings)
+    ring = 5 * (ring * 7 % 24) + 2;
   Unorganised cloud(scan, pixels);
   const auto expect_same = [&](auto number, FieldType type) {
     cloud.setRings<decltype(number)>(rings, type);
@@ -264,11 +269,8 @@ TEST(LidarRows, APointAboveTheSensorDoesNotMoveItsRow)
 TEST(LidarRows, MissingPointsMayHaveAnyRing)
 {
   const LidarScan scan = snowyScan();
-  std::vector<std::size_t> all(scan.size());
-  std::iota(all.begin(), all.end(), 0u);
-  std::vector<int> ring_of_row(scan.height);
-  std::iota(ring_of_row.begin(), ring_of_row.end(), 0);
-  std::vector<int> rings = ringsOf(scan, all, ring_of_row);
+  const std::vector<std::size_t> all = allPixelsOf(scan);
+  std::vector<int> rings = rowsOf(scan, all);
   for (std::size_t i = 0; i < rings.size(); ++i)
     if (scan.ranges[i] == 0.0f)
       rings[i] = i % 2 == 0 ? -1 : 65535;
@@ -281,8 +283,6 @@ TEST(LidarRows, OfTwoEchoesInOneDirectionTheNearestIsJudged)
 {
   const LidarScan scan = snowyScan();
   const std::vector<float> expected = judged(scan.view());
-  std::vector<int> ring_of_row(scan.height);
-  std::iota(ring_of_row.begin(), ring_of_row.end(), 0);
   const std::vector<std::size_t> pixels = returnsOf(scan);
   Unorganised cloud(scan, {});
   std::vector<int> rings;
@@ -329,11 +329,8 @@ TEST(LidarRows, AFirstCloudOfFewPointsDoesNotDecideForTheStream)
     PointOutlierRemoval removal(settings);
     for (const auto& pixels : {few, all}) {
       Unorganised cloud(scan, pixels);
-      std::vector<int> ring_of_row(scan.height);
-      std::iota(ring_of_row.begin(), ring_of_row.end(), 0);
       if (has_rings)
-        cloud.setRings<std::uint8_t>(ringsOf(scan, pixels, ring_of_row),
-                                     FieldType::UInt8);
+        cloud.setRings<std::uint8_t>(rowsOf(scan, pixels), FieldType::UInt8);
       std::vector<float> log_odds;
       ASSERT_TRUE(removal.score(cloud.view(), log_odds).ok());
       if (pixels.size() == all.size()) {
@@ -366,29 +363,25 @@ TEST(LidarRows, CamerasHaveNone)
            {70, 60}, {87, 58}, {58, 87}, {40, 110}, {110, 40}, {75, 65}}) {
     constexpr std::uint32_t width = 160;
     constexpr std::uint32_t height = 120;
-    LidarScan optical;
-    optical.width = width;
-    optical.height = height;
-    LidarScan body = optical;
-    for (std::uint32_t v = 0; v < height; ++v)
-      for (std::uint32_t u = 0; u < width; ++u) {
-        const double x =
-            std::tan(across * M_PI / 360.0) * (2.0 * (u + 0.5) / width - 1.0);
-        const double y =
-            std::tan(down * M_PI / 360.0) * (2.0 * (v + 0.5) / height - 1.0);
-        const double depth = 2.0 + 0.3 * x + (u > 80 ? 0.5 : 0.0);
-        for (const double number : {x, y, 1.0})
-          optical.coordinates.push_back(static_cast<float>(depth * number));
-        for (const double number : {1.0, -x, -y})
-          body.coordinates.push_back(static_cast<float>(depth * number));
-        optical.ranges.push_back(0.0f);
-        body.ranges.push_back(0.0f);
-      }
-    const std::string name = std::to_string(across) + " x " + std::to_string(down);
-    expectNoImage(optical.view(), name + " optical");
-    expectNoImage(body.view(), name + " body");
-    for (LidarScan* scan : {&optical, &body}) {
-      io::PointView points = scan->view();
+    for (const bool is_optical : {true, false}) { // or of the body
+      LidarScan scan;
+      scan.width = width;
+      scan.height = height;
+      scan.ranges.resize(std::size_t{width} * height);
+      for (std::uint32_t v = 0; v < height; ++v)
+        for (std::uint32_t u = 0; u < width; ++u) {
+          const double x =
+              std::tan(across * M_PI / 360.0) * (2.0 * (u + 0.5) / width - 1.0);
+          const double y =
+              std::tan(down * M_PI / 360.0) * (2.0 * (v + 0.5) / height - 1.0);
+          const double depth = 2.0 + 0.3 * x + (u > 80 ? 0.5 : 0.0);
+          for (const double number :
+               {is_optical ? x : 1.0, is_optical ? y : -x, is_optical ? 1.0 : -y})
+            scan.coordinates.push_back(static_cast<float>(depth * number));
+        }
+      const std::string name = std::to_string(across) + " x " + std::to_string(down);
+      expectNoImage(scan.view(), name);
+      io::PointView points = scan.view();
       points.image = {};
       expectNoImage(points, name + " unorganised");
     }
@@ -441,15 +434,11 @@ TEST(LidarRows, CloudsWithoutPointsHaveNone)
     scan.ranges.assign(std::size_t{64} * 8, 0.0f);
     io::PointView points = scan.view();
     expectNoImage(points, std::to_string(number));
-    std::vector<int> rings(points.count);
-    for (std::size_t i = 0; i < rings.size(); ++i)
-      rings[i] = static_cast<int>(i / 64);
     points.image = {};
     expectNoImage(points, "unorganised " + std::to_string(number));
-    std::vector<std::size_t> all(points.count);
-    std::iota(all.begin(), all.end(), 0u);
+    const std::vector<std::size_t> all = allPixelsOf(scan);
     Unorganised cloud(scan, all);
-    cloud.setRings<std::uint8_t>(rings, FieldType::UInt8);
+    cloud.setRings<std::uint8_t>(rowsOf(scan, all), FieldType::UInt8);
     expectNoImage(cloud.view(), "rings " + std::to_string(number));
   }
   const LidarScan scan = snowyScan();
@@ -473,9 +462,7 @@ TEST(LidarRows, RowsThatNoLidarHasAreToldByDirections)
                                      const std::string& what) {
     EXPECT_EQ(judged(points), expected) << what;
   };
-  std::vector<int> ring_of_row(scan.height);
-  std::iota(ring_of_row.begin(), ring_of_row.end(), 0);
-  std::vector<int> rings = ringsOf(scan, pixels, ring_of_row);
+  std::vector<int> rings = rowsOf(scan, pixels);
   for (const int ring : {-1, 1024, 65536, 1000000000}) {
     rings[7] = ring;
     cloud.setRings<std::int32_t>(rings, FieldType::Int32);

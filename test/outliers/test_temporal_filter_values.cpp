@@ -72,9 +72,7 @@ TEST(TemporalVoxelFilter, NoiseOfFineIntensitiesIsHeldSoonAfterTheStart)
 
 TEST(TemporalVoxelFilter, IntensitiesMoveToAnotherScale)
 {
-  TemporalVoxelFilter filter;
-  for (int i = 0; i < 10; ++i)
-    shownOf(filter, flatWall());
+  TemporalVoxelFilter filter = filterBehind(flatWall());
   Voxels some;
   for (const auto& [index, symbol] : flatWall())
     if ((index[0] + index[1]) % 2 == 0)
@@ -143,9 +141,7 @@ TEST(TemporalVoxelFilter, ColoursAreHeld)
 TEST(TemporalVoxelFilter, TheHistoryMovesWithTheGridAndEndsWithTheLattice)
 {
   const auto filterAnother = [](auto change) {
-    TemporalVoxelFilter filter;
-    for (int i = 0; i < 10; ++i)
-      shownOf(filter, flatWall());
+    TemporalVoxelFilter filter = filterBehind(flatWall());
     Voxels some;
     for (const auto& [index, symbol] : flatWall())
       if (index[1] >= 2 && (index[0] + index[1]) % 2 == 0)
@@ -188,9 +184,7 @@ TEST(TemporalVoxelFilter, AnotherSceneIsShownWithoutTheLast)
   };
   const Voxels other = flatWall(wall_depth - 10);
   const auto shownAfterWall = [&](const Voxels& symbols) {
-    TemporalVoxelFilter filter(64);
-    for (int i = 0; i < 10; ++i)
-      shownOf(filter, flatWall());
+    TemporalVoxelFilter filter = filterBehind(flatWall(), 64);
     return shownOf(filter, symbols);
   };
   EXPECT_EQ(shownAfterWall({}), Voxels());
@@ -207,7 +201,7 @@ TEST(TemporalVoxelFilter, TheHistoryHasAMostSize)
   std::mt19937 random(7);
   const io::VoxelGrid grid = gridAt(0, 0, 0, 12);
   std::size_t most = 0;
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 15; ++i) {
     Voxels symbols = flatWall();
     for (int k = 0; k < 20000; ++k)
       symbols[{static_cast<std::int64_t>(random() % 4096),
@@ -253,20 +247,21 @@ TEST(TemporalVoxelFilter, RefusesWhatItCannotFilterAndLeavesIt)
               "frames is " + std::to_string(frames) + "; it must be 2 to 64");
     EXPECT_EQ(voxelsOf(frame), flatWall());
   }
-  TemporalVoxelFilter filter;
-  VoxelFrame frame = scene(flatWall());
-  frame.has_point_counts = true;
-  frame.point_counts.assign(frame.size(), 2);
-  EXPECT_EQ(filter.filter(frame).code(), TemporalFilterCode::HasPointCounts);
-  EXPECT_EQ(frame.size(), flatWall().size());
+  VoxelFrame counted = scene(flatWall());
+  counted.has_point_counts = true;
+  counted.point_counts.assign(counted.size(), 2);
   VoxelFrame of_points = scene({});
   of_points.points.width = of_points.points.height = 1;
   of_points.points.indices = {0};
   of_points.points.positions = {{0.0, 0.0, 0.0}};
-  EXPECT_EQ(filter.filter(of_points).code(), TemporalFilterCode::HasPointCounts);
   VoxelFrame with_field = scene(flatWall());
   with_field.fields.emplace_back();
-  EXPECT_EQ(filter.filter(with_field).code(), TemporalFilterCode::HasPointCounts);
+  TemporalVoxelFilter filter;
+  for (VoxelFrame frame : {counted, of_points, with_field}) {
+    const std::size_t size = frame.size();
+    EXPECT_EQ(filter.filter(frame).code(), TemporalFilterCode::HasPointCounts);
+    EXPECT_EQ(frame.size(), size);
+  }
   EXPECT_EQ(filter.rememberedVoxels(), 0u);
 }
 

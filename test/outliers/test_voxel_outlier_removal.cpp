@@ -211,30 +211,6 @@ TEST(VoxelOutlierRemoval, DensitiesFollowTheDepthModel)
   }
 }
 
-TEST(VoxelOutlierRemoval, SparseSurfacesNearTheSensorAreNotNoise)
-{
-  // 1.2 m away 147 points cover a face of 4 cm; a limb has 9 at a grazing angle.
-  Voxels voxels;
-  for (std::int64_t y = 20; y < 22; ++y)
-    for (std::int64_t z = 20; z < 40; ++z)
-      voxels[{30, y, z}] = 16;
-  const LatticeIndex flying = {30, 50, 50}; // one point
-  voxels[flying] = 2;
-  io::VoxelFrame frame = frameOf(voxels, gridAt(0, 0, 0));
-  const Scores without_model = [&] {
-    VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
-    return scoresOf(removal, frame);
-  }();
-  frame.depth_model =
-      io::depthModelOf({2, 14.57, 255.0}, {}, {1.0, 0.0, 0.0}, frame.grid, {});
-  ASSERT_TRUE(frame.depth_model);
-  VoxelOutlierRemoval removal;
-  for (const auto& [index, score] : scoresOf(removal, frame)) {
-    EXPECT_EQ(score < 0.0f, index == flying) << score;
-    EXPECT_LT(without_model.at(index), 0.0f);
-  }
-}
-
 TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
 {
   const double expected =
@@ -262,22 +238,140 @@ TEST(VoxelOutlierRemoval, OneVoxelIsNoiseAtAnyPlace)
       }
 }
 
-TEST(VoxelOutlierRemoval, NewSurfacesAreNotNoise)
+constexpr double cell_edge = 0.02;
+
+/** \brief The same points in voxels of half the edge, in as many of them as there can
+ * be. */
+Voxels
+halved(const Voxels& voxels, std::mt19937_64& random)
 {
-  // A plate of full faces that moves by its thickness in each frame: nothing of it was
-  // where it is before. Its rim has a third of its neighbours, and is no noise either.
-  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
-  for (std::int32_t frame = 0; frame < 6; ++frame) {
-    Voxels voxels;
-    for (std::int64_t y = 20; y < 30; ++y)
-      for (std::int64_t z = 20; z < 30; ++z)
-        voxels[{10 + 5 * frame, y, z}] = 200;
-    // A flying pixel, of a ray that covers a tenth of a face.
-    const LatticeIndex flying = {10 + 5 * frame, 40, 40};
-    voxels[flying] = 25;
-    for (const auto& [index, score] :
-         scoresOf(removal, frameOf(voxels, gridAt(0, 0, 0))))
-      EXPECT_EQ(score < 0.0f, index == flying) << score;
+  Voxels fine;
+  for (const auto& [index, points] : voxels) {
+    auto part = static_cast<std::int64_t>(random() % 8);
+    for (int i = 0; i < points; ++i) {
+      ++fine[{2 * index[0] + (part & 1),
+              2 * index[1] + (part >> 1 & 1),
+              2 * index[2] + (part >> 2)}];
+      part = (part + 3) % 8;
+    }
+  }
+  return fine;
+}
+
+io::VoxelFrame
+frameAt(double edge, const Voxels& voxels, const io::VoxelGrid& grid)
+{
+  io::VoxelFrame frame = frameOf(voxels, grid);
+  frame.grid.resolution = edge;
+  return frame;
+}
+
+void
+expectThoseOfCells(const Scores& scores, const Scores& cells)
+{
+  ASSERT_GE(scores.size(), cells.size());
+  for (const auto& [index, score] : scores) {
+    LatticeIndex cell = index;
+    for (std::int64_t& coordinate : cell)
+      coordinate = coordinate >= 0 ? coordinate / 2 : (coordinate - 1) / 2;
+    ASSERT_EQ(score, cells.at(cell));
+  }
+}
+
+TEST(VoxelOutlierRemovalUnits, FineVoxelsHaveTheScoresOfTheirCells)
+{
+  for (const DensityUnit unit : {DensityUnit::Points, DensityUnit::Voxels}) {
+    VoxelOutlierRemoval coarse(settingsOf(unit));
+    VoxelOutlierRemoval fine(settingsOf(unit));
+    std::mt19937_64 random(21);
+    for (std::int32_t i = 0; i < 5; ++i) {
+      Voxels voxels = wall(random, 15);
+      for (auto& [index, points] : voxels)
+        points = static_cast<std::uint16_t>(1 + points / 20);
+      // Grids that begin within a cell, too, and below zero.
+      const io::VoxelGrid grid = gridAt(7 - 3 * i, -5 * i, i - 1, 8);
+      expectThoseOfCells(
+          scoresOf(fine, frameAt(cell_edge / 2.0, halved(voxels, random), grid)),
+          scoresOf(coarse, frameAt(cell_edge, voxels, gridAt(0, 0, 0))));
+    }
+  }
+}
+
+TEST(VoxelOutlierRemovalUnits, FineFacesHaveTheScoresOfTheirCells)
+{
+  // A camera at the origin that looks along x; a point fills a voxel of 1 cm from
+  // 3.64 m on, and one of 2 cm from 7.29 m on.
+  const auto frameOfPoints = [](double edge,
+                                const Voxels& points,
+                                double cut_off_depth) {
+    Voxels shares;
+    for (const auto& [index, number] : points) {
+      const double depth = (static_cast<double>(index[0]) + 0.5) * edge / cut_off_depth;
+      shares[index] = static_cast<std::uint16_t>(std::min(
+          65535.0, std::round(65535.0 * number * std::min(1.0, depth * depth))));
+    }
+    io::VoxelGrid grid = gridAt(0, 0, 0, 10);
+    grid.resolution = edge;
+    io::VoxelFrame frame = frameOf(shares, grid, {0.0f, 255.0f / 65535.0f, 16});
+    frame.depth_model = io::depthModelOf({2, cut_off_depth, 255.0},
+                                         {},
+                                         {1.0, 0.0, 0.0},
+                                         frame.grid,
+                                         frame.intensity_scale);
+    EXPECT_TRUE(frame.depth_model);
+    return frame;
+  };
+  std::mt19937_64 random(22);
+  for (const std::int32_t place : {60, 150, 300}) { // 1.2, 3 and 6 m
+    Voxels points = wall(random, place);
+    for (auto& [index, number] : points)
+      number = static_cast<std::uint16_t>(1 + number / 100);
+    const Voxels fine_points = halved(points, random);
+    VoxelOutlierRemoval coarse;
+    VoxelOutlierRemoval fine;
+    const Scores cells = scoresOf(coarse, frameOfPoints(cell_edge, points, 7.286));
+    const Scores scores =
+        scoresOf(fine, frameOfPoints(cell_edge / 2.0, fine_points, 3.643));
+    for (const auto& [index, score] : scores)
+      // But for the depth, which is that of voxels in one and of cells in the other.
+      ASSERT_NEAR(score, cells.at({index[0] / 2, index[1] / 2, index[2] / 2}), 0.25f);
+  }
+}
+
+TEST(VoxelOutlierRemovalUnits, NumbersOfPointsAreUsedWithoutIntensities)
+{
+  std::mt19937_64 random(23);
+  VoxelOutlierRemoval on_counts(settingsOf(DensityUnit::Points));
+  VoxelOutlierRemoval on_numbers(settingsOf(DensityUnit::Points));
+  for (int i = 0; i < 4; ++i) {
+    const io::VoxelFrame counts = frameOf(wall(random, 15), gridAt(0, 0, 0));
+    io::VoxelFrame frame = counts;
+    frame.intensity_scale.bits = 0;
+    frame.intensities.clear();
+    frame.has_point_counts = true;
+    frame.point_counts.assign(counts.intensities.begin(), counts.intensities.end());
+    ASSERT_TRUE(io::isConsistent(frame));
+    expectSame(scoresOf(on_numbers, frame), scoresOf(on_counts, counts), 0.0f);
+  }
+}
+
+TEST(VoxelOutlierRemovalUnits, IntensitiesOfUnknownMeaningAreNotUsed)
+{
+  std::mt19937_64 random(24);
+  VoxelOutlierRemoval automatic;
+  VoxelOutlierRemoval other;
+  VoxelOutlierRemoval without;
+  for (int i = 0; i < 4; ++i) {
+    const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
+    io::VoxelFrame bright = frame;
+    for (std::uint16_t& symbol : bright.intensities)
+      symbol = static_cast<std::uint16_t>(random() % 256);
+    io::VoxelFrame none = frame;
+    none.intensity_scale.bits = 0;
+    none.intensities.clear();
+    const Scores scores = scoresOf(automatic, frame);
+    expectSame(scoresOf(other, bright), scores, 0.0f);
+    expectSame(scoresOf(without, none), scores, 0.0f);
   }
 }
 

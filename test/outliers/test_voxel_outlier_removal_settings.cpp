@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <string>
@@ -22,39 +23,34 @@ std::vector<std::pair<VoxelOutlierRemovalSettings, std::string>>
 refusedSettings()
 {
   std::vector<std::pair<VoxelOutlierRemovalSettings, std::string>> refused;
-  for (const auto& [number, text] : {std::pair(infinity, "inf"),
-                                     std::pair(-infinity, "-inf"),
-                                     std::pair(not_a_number, "nan")}) {
-    refused.emplace_back(VoxelOutlierRemovalSettings{AutomaticUnit(), number},
-                         std::string("min_log_odds is ") + text +
-                             "; it must be a finite number");
+  const auto add = [&refused](const DensityUnitSettings& unit,
+                              const std::string& message,
+                              float min_log_odds = 0.0f) {
+    refused.emplace_back(VoxelOutlierRemovalSettings{unit, min_log_odds}, message);
+  };
+  for (const auto& [number, text] : {std::pair(infinity, std::string("inf")),
+                                     std::pair(-infinity, std::string("-inf")),
+                                     std::pair(not_a_number, std::string("nan"))}) {
+    add(AutomaticUnit(),
+        "min_log_odds is " + text + "; it must be a finite number",
+        number);
+    add(RaysUnit{{{0.0, 0.0, double{number}}}},
+        "sensor_position has " + text + "; it must be finite numbers");
   }
-  for (const auto& [number, text] : {std::pair(0.0f, "0"),
-                                     std::pair(-1.0f, "-1"),
-                                     std::pair(infinity, "inf"),
-                                     std::pair(not_a_number, "nan")}) {
-    refused.emplace_back(VoxelOutlierRemovalSettings{FacesUnit{{}, number}},
-                         std::string("full_intensity is ") + text +
-                             "; it must be a finite number above 0");
-  }
-  for (const auto& [number, text] : {std::pair(0.0, "0"),
-                                     std::pair(0.000099, "9.9e-05"),
-                                     std::pair(1.00000001, "1.00000001"),
-                                     std::pair(-0.0035, "-0.0035"),
-                                     std::pair(double{not_a_number}, "nan")}) {
-    refused.emplace_back(VoxelOutlierRemovalSettings{RaysUnit{{}, number}},
-                         std::string("azimuth_step is ") + text +
-                             "; it must be 0.0001 to 1 radians");
-    refused.emplace_back(VoxelOutlierRemovalSettings{RaysUnit{{}, 0.0035, number}},
-                         std::string("elevation_step is ") + text +
-                             "; it must be 0.0001 to 1 radians");
-  }
-  for (const auto& [number, text] :
-       {std::pair(infinity, "inf"), std::pair(not_a_number, "nan")}) {
-    const RaysUnit far{{{0.0, 0.0, double{number}}}};
-    refused.emplace_back(VoxelOutlierRemovalSettings{far},
-                         std::string("sensor_position has ") + text +
-                             "; it must be finite numbers");
+  for (const auto& [number, text] : {std::pair(0.0f, std::string("0")),
+                                     std::pair(-1.0f, std::string("-1")),
+                                     std::pair(infinity, std::string("inf")),
+                                     std::pair(not_a_number, std::string("nan"))})
+    add(FacesUnit{{}, number},
+        "full_intensity is " + text + "; it must be a finite number above 0");
+  for (const auto& [number, text] : {std::pair(0.0, std::string("0")),
+                                     std::pair(0.000099, std::string("9.9e-05")),
+                                     std::pair(1.00000001, std::string("1.00000001")),
+                                     std::pair(-0.0035, std::string("-0.0035")),
+                                     std::pair(std::nan(""), std::string("nan"))}) {
+    const std::string message = text + "; it must be 0.0001 to 1 radians";
+    add(RaysUnit{{}, number}, "azimuth_step is " + message);
+    add(RaysUnit{{}, 0.0035, number}, "elevation_step is " + message);
   }
   return refused;
 }
@@ -218,6 +214,14 @@ TEST(VoxelOutlierRemovalSettings, AutomaticSaysThatIntensitiesWereNotUsed)
   const OutlierRemovalStatus status = automatic.score(frame, log_odds);
   EXPECT_TRUE(status.ok());
   EXPECT_NE(status.message().find("choose the unit points"), std::string::npos);
+  io::VoxelFrame bare = frame;
+  bare.intensities.clear();
+  bare.intensity_scale.bits = 0;
+  EXPECT_NE(VoxelOutlierRemoval()
+                .score(bare, log_odds)
+                .message()
+                .find("points, as the frame has no intensities"),
+            std::string::npos);
   for (const DensityUnit unit :
        {DensityUnit::Faces, DensityUnit::Points, DensityUnit::Voxels}) {
     VoxelOutlierRemoval named(settingsOf(unit));

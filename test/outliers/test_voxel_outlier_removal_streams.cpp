@@ -28,6 +28,25 @@ withDepthModel(io::VoxelFrame frame)
   return frame;
 }
 
+/** \brief Scores of the second of two frames. */
+Scores
+scoresBehind(const io::VoxelFrame& first,
+             const io::VoxelFrame& second,
+             const VoxelOutlierRemovalSettings& settings = {})
+{
+  VoxelOutlierRemoval removal(settings);
+  scoresOf(removal, first);
+  return scoresOf(removal, second);
+}
+
+Scores
+scoresAlone(const io::VoxelFrame& frame,
+            const VoxelOutlierRemovalSettings& settings = {})
+{
+  VoxelOutlierRemoval removal(settings);
+  return scoresOf(removal, frame);
+}
+
 TEST(VoxelOutlierRemoval, DepthModelStaysWhereTheGridMoves)
 {
   std::mt19937_64 random(12);
@@ -35,23 +54,16 @@ TEST(VoxelOutlierRemoval, DepthModelStaysWhereTheGridMoves)
       withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
   const Voxels voxels = wall(random, 15);
   // The same voxels of the world, in frames without a model.
-  VoxelOutlierRemoval resting;
-  scoresOf(resting, first);
-  const Scores expected = scoresOf(resting, frameOf(voxels, gridAt(0, 0, 0)));
+  const Scores expected = scoresBehind(first, frameOf(voxels, gridAt(0, 0, 0)));
   for (const io::VoxelGrid& grid :
-       {gridAt(-100, 10, -700, 10), gridAt(10, 10, 10, 6), gridAt(3, 0, 1, 20)}) {
-    VoxelOutlierRemoval moving;
-    scoresOf(moving, first);
-    expectSame(scoresOf(moving, frameOf(voxels, grid)), expected, 0.0f);
-  }
+       {gridAt(-100, 10, -700, 10), gridAt(10, 10, 10, 6), gridAt(3, 0, 1, 20)})
+    expectSame(scoresBehind(first, frameOf(voxels, grid)), expected, 0.0f);
   // And in one whose intensities have half the step.
   io::VoxelFrame finer = frameOf(voxels, gridAt(0, 0, 0));
   finer.intensity_scale = {0.0f, 0.5f, 16};
   for (std::uint16_t& symbol : finer.intensities)
     symbol = static_cast<std::uint16_t>(2 * symbol);
-  VoxelOutlierRemoval rescaled;
-  scoresOf(rescaled, first);
-  expectSame(scoresOf(rescaled, finer), expected, 0.0f);
+  expectSame(scoresBehind(first, finer), expected, 0.0f);
 }
 
 TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
@@ -61,13 +73,8 @@ TEST(VoxelOutlierRemoval, DepthModelMayChangeItsLaw)
       withDepthModel(frameOf(wall(random, 15), gridAt(0, 0, 0)));
   io::VoxelFrame linear = quadratic;
   linear.depth_model->exponent = 1;
-  VoxelOutlierRemoval used;
-  VoxelOutlierRemoval fresh;
-  scoresOf(used, quadratic);
-  const Scores expected = scoresOf(fresh, linear);
-  expectSame(scoresOf(used, linear), expected, 0.0f);
-  VoxelOutlierRemoval other;
-  EXPECT_NE(scoresOf(other, quadratic), expected);
+  expectSame(scoresBehind(quadratic, linear), scoresAlone(linear), 0.0f);
+  EXPECT_NE(scoresAlone(quadratic), scoresAlone(linear));
 }
 
 TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
@@ -86,10 +93,9 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
   far_away.grid.first_index[1] = std::numeric_limits<std::int32_t>::max();
   const auto expectForgotten =
       [](const io::VoxelFrame& first, const io::VoxelFrame& second, DensityUnit unit) {
-        VoxelOutlierRemoval used(settingsOf(unit));
-        VoxelOutlierRemoval fresh(settingsOf(unit));
-        scoresOf(used, first);
-        expectSame(scoresOf(used, second), scoresOf(fresh, second), 0.0f);
+        expectSame(scoresBehind(first, second, settingsOf(unit)),
+                   scoresAlone(second, settingsOf(unit)),
+                   0.0f);
       };
   for (const DensityUnit unit : {DensityUnit::Automatic, DensityUnit::Faces})
     for (const io::VoxelFrame& first : {before, withDepthModel(before)})
@@ -102,10 +108,7 @@ TEST(VoxelOutlierRemoval, OtherLatticesAndUnitsForgetHistoryAndDepthModel)
   // A model changes the automatic unit.
   expectForgotten(before, withDepthModel(frame), DensityUnit::Automatic);
   // On the same lattice the frame before counts.
-  VoxelOutlierRemoval same;
-  VoxelOutlierRemoval alone;
-  scoresOf(same, before);
-  EXPECT_NE(scoresOf(same, frame), scoresOf(alone, frame));
+  EXPECT_NE(scoresBehind(before, frame), scoresAlone(frame));
 }
 
 // Positions count from 2^21 voxels below the first grid of a lattice, and grids lie
@@ -175,16 +178,16 @@ TEST(VoxelOutlierRemoval, FramesBeforeAreForgottenBeyondTheLastPosition)
 
 TEST(VoxelOutlierRemoval, GridsFarApartDoNotMeet)
 {
-  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Faces));
-  VoxelOutlierRemoval fresh(settingsOf(DensityUnit::Faces));
-  io::VoxelFrame frame;
-  frame.keys = {5};
-  frame.intensities = {200};
-  frame.grid = gridAt(std::numeric_limits<std::int32_t>::min(), 0, 0, 21);
-  scoresOf(removal, frame);
-  frame.keys = {4};
-  frame.grid = gridAt(std::numeric_limits<std::int32_t>::max(), 0, 0, 21);
-  expectSame(scoresOf(removal, frame), scoresOf(fresh, frame), 0.0f);
+  io::VoxelFrame first;
+  first.keys = {5};
+  first.intensities = {200};
+  first.grid = gridAt(std::numeric_limits<std::int32_t>::min(), 0, 0, 21);
+  io::VoxelFrame second = first;
+  second.keys = {4};
+  second.grid = gridAt(std::numeric_limits<std::int32_t>::max(), 0, 0, 21);
+  const VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces);
+  expectSame(
+      scoresBehind(first, second, settings), scoresAlone(second, settings), 0.0f);
 }
 
 TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
@@ -192,30 +195,21 @@ TEST(VoxelOutlierRemoval, ResetAndNoHistoryForget)
   std::mt19937_64 random(6);
   const io::VoxelFrame first = frameOf(wall(random, 15), gridAt(0, 0, 0));
   const io::VoxelFrame second = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  VoxelOutlierRemoval fresh(settingsOf(DensityUnit::Faces));
-  const Scores expected = scoresOf(fresh, second);
-
-  VoxelOutlierRemoval reset(settingsOf(DensityUnit::Faces));
-  scoresOf(reset, first);
-  reset.reset();
-  EXPECT_EQ(reset.rememberedBlocks(), 0u);
-  expectSame(scoresOf(reset, second), expected, 0.0f);
-
-  VoxelOutlierRemoval reset_model;
-  VoxelOutlierRemoval fresh_model;
-  scoresOf(reset_model, withDepthModel(first));
-  reset_model.reset();
-  expectSame(scoresOf(reset_model, second), scoresOf(fresh_model, second), 0.0f);
-
-  const VoxelOutlierRemovalSettings settings = settingsOf(DensityUnit::Faces, false);
-  VoxelOutlierRemoval alone(settings);
+  for (const bool has_model : {false, true}) {
+    const VoxelOutlierRemovalSettings settings =
+        settingsOf(has_model ? DensityUnit::Automatic : DensityUnit::Faces);
+    VoxelOutlierRemoval removal(settings);
+    scoresOf(removal, has_model ? withDepthModel(first) : first);
+    removal.reset();
+    EXPECT_EQ(removal.rememberedBlocks(), 0u);
+    expectSame(scoresOf(removal, second), scoresAlone(second, settings), 0.0f);
+  }
+  const Scores expected = scoresAlone(second, settingsOf(DensityUnit::Faces));
+  VoxelOutlierRemoval alone(settingsOf(DensityUnit::Faces, false));
   scoresOf(alone, first);
   EXPECT_EQ(alone.rememberedBlocks(), 0u);
   expectSame(scoresOf(alone, second), expected, 0.0f);
-
-  VoxelOutlierRemoval remembering(settingsOf(DensityUnit::Faces));
-  scoresOf(remembering, first);
-  EXPECT_NE(scoresOf(remembering, second), expected);
+  EXPECT_NE(scoresBehind(first, second, settingsOf(DensityUnit::Faces)), expected);
 }
 
 /** \brief Voxels here and there, hardly two of them in a block. */
@@ -326,19 +320,15 @@ TEST(VoxelOutlierRemoval, ForgetsWithinASecond)
   EXPECT_EQ(removal.rememberedBlocks(), 0u);
 }
 
-TEST(VoxelOutlierRemoval, IsDeterministic)
+TEST(VoxelOutlierRemoval, KeepsItsHistoryWhereItIsMoved)
 {
-  // Hash tables differ from one to the next.
   std::mt19937_64 random(10);
-  VoxelOutlierRemoval one;
-  VoxelOutlierRemoval other;
-  for (int i = 0; i < 6; ++i) {
-    const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
-    expectSame(scoresOf(one, frame), scoresOf(other, frame), 0.0f);
-  }
-  VoxelOutlierRemoval moved = std::move(one);
-  const io::VoxelFrame frame = frameOf(wall(random, 15), gridAt(0, 0, 0));
-  expectSame(scoresOf(moved, frame), scoresOf(other, frame), 0.0f);
+  const io::VoxelFrame first = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  const io::VoxelFrame second = frameOf(wall(random, 15), gridAt(0, 0, 0));
+  VoxelOutlierRemoval removal;
+  scoresOf(removal, first);
+  VoxelOutlierRemoval moved = std::move(removal);
+  expectSame(scoresOf(moved, second), scoresBehind(first, second), 0.0f);
 }
 
 } // namespace

@@ -79,4 +79,15 @@ shownOf(TemporalVoxelFilter& filter,
   return shown;
 }
 
+/** \brief A filter that has seen the same ten times. */
+inline TemporalVoxelFilter
+filterBehind(const Voxels& symbols,
+             unsigned int frames = TemporalVoxelFilter::usual_frames)
+{
+  TemporalVoxelFilter filter(frames);
+  for (int i = 0; i < 10; ++i)
+    EXPECT_EQ(shownOf(filter, symbols), symbols);
+  return filter;
+}
+
 } // namespace pcl_ext::temporal
