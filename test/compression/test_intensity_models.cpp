@@ -27,11 +27,8 @@ using pcl_ext::IntensityModel;
 using pcl_ext::IntensityUnit;
 using pcl_ext::KinectV2;
 using pcl_ext::LinearLaw;
-using pcl_ext::NativeIntensity;
-using pcl_ext::NativeLaw;
 using pcl_ext::QuadraticLaw;
 using pcl_ext::RuntimeSensor;
-using pcl_ext::UnspecifiedSensor;
 using pcl_ext::io::IntensityCompressionSettings;
 using pcl_ext::io::OctreePointCloudIntensityCompression;
 
@@ -54,22 +51,6 @@ shownShare(const NaiveVoxel& voxel)
 }
 
 constexpr double half_a_step = 0.5 + 1e-3; // the float depth takes its part
-
-TEST(IntensityModels, CountShowsPoints)
-{
-  auto cloud = randomCloud<pcl::PointXYZI>(6, 5000, {0.0, 0.0, 0.0}, 0.2);
-  for (int i = 0; i < 300; ++i)
-    cloud->push_back(pcl::PointXYZI(1.0f, 1.0f, 1.0f, 50.0f));
-  CompressionWith<CountIntensity> encoder(settingsWith(0.04));
-  const Cloud::Ptr decoded = roundTrip(encoder, cloud);
-  expectIntensities(
-      *decoded,
-      naiveVoxels(*cloud, 0.04),
-      0.04,
-      [](const NaiveVoxel& voxel) { return static_cast<double>(voxel.count); },
-      0.0);
-  EXPECT_EQ(encoder.statistics().voxelization.intensities_out_of_range, 0u);
-}
 
 /** \brief A cloud in front of a sensor, depths on both sides of the cut-off, and the
  * same in the world. */
@@ -163,21 +144,19 @@ expectSharesOfPose(double (*share)(double, double))
   }
 }
 
-TEST(IntensityModels, QuadraticTakesDepthFromTheSensorsPose)
+TEST(IntensityModels, LawsTakeTheDepthFromTheSensorsPose)
 {
   expectSharesOfPose<QuadraticLaw>(kinectShare);
-}
-
-TEST(IntensityModels, LinearTakesDepthFromTheSensorsPose)
-{
   expectSharesOfPose<LinearLaw>(linearShare);
 }
 
-TEST(IntensityModels, AnOrientationOfLengthZeroIsNoRotation)
+TEST(IntensityModels, AModelMayHaveASensorOfItsOwn)
 {
+  using Model = IntensityModel<RuntimeSensor, QuadraticLaw>;
   const SensedCloud sensed = senseCloud(8, Eigen::Isometry3f::Identity());
-  sensed.in_world->sensor_orientation_.coeffs().setZero();
-  CompressionWith<IntensityModel<KinectV2, QuadraticLaw>> encoder(settingsWith(0.04));
+  sensed.in_world->sensor_orientation_.coeffs().setZero(); // is no rotation
+  CompressionWith<Model> encoder(settingsWith(0.04),
+                                 Model(0.04, RuntimeSensor(70.6, 60.0, 512, 424)));
   expectShares(encoder, sensed, kinectShare);
 }
 
@@ -192,15 +171,6 @@ TEST(IntensityModels, DepthIsAsExactFiveKilometresFromTheOrigin)
   settings.intensity_bits = 16;
   CompressionWith<IntensityModel<KinectV2, LinearLaw>> encoder(settings);
   expectShares(encoder, sensed, linearShare, 255.0 / 65535.0);
-}
-
-TEST(IntensityModels, AModelMayHaveASensorOfItsOwn)
-{
-  using Model = IntensityModel<RuntimeSensor, QuadraticLaw>;
-  const SensedCloud sensed = senseCloud(11, Eigen::Isometry3f::Identity());
-  CompressionWith<Model> encoder(settingsWith(0.04),
-                                 Model(0.04, RuntimeSensor(70.6, 60.0, 512, 424)));
-  expectShares(encoder, sensed, kinectShare);
 }
 
 TEST(IntensityModels, ALawOfDepthGivesFramesADepthModel)

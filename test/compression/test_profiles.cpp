@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <sstream>
 #include <string>
@@ -22,9 +21,6 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::test;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 using PointCompression = OctreePointCloudIntensityCompression<pcl::PointXYZ>;
 
@@ -188,21 +184,6 @@ TEST(CompressionProfiles, WholeMillimetresComeBackAsTheyWereInFewerBytes)
   auto third = encoder();
   EXPECT_LT(encodeFrame(second, rounded).size() + cloud->size(),
             encodeFrame(third, cloud).size());
-}
-
-TEST(CompressionProfiles, AnInvalidManualResolutionIsReportedNotThrown)
-{
-  for (const double resolution : {0.0, -1.0, infinity, not_a_number}) {
-    PointCompression compression(pcl::io::MANUAL_CONFIGURATION, false, resolution);
-    std::stringstream stream;
-    pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
-    CompressionStatus status = compression.encodePointCloud(cloud, stream);
-    EXPECT_EQ(status.code(), CompressionCode::InvalidSettings);
-    EXPECT_NE(status.message().find("resolution"), std::string::npos);
-    EXPECT_TRUE(stream.str().empty());
-    EXPECT_EQ(compression.decodePointCloud(stream, cloud).code(),
-              CompressionCode::EndOfStream);
-  }
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <new>
 #include <optional>
 #include <random>
@@ -294,6 +295,88 @@ TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
   for (JumpingWall* wall : {&scheduled, &alone})
     wall->add(100, 0.0);
   EXPECT_LT(2 * scheduled.bytes, alone.bytes);
+}
+
+/** \brief What a sensor at the origin sees of a wall 3 m away, and of a plate at 1.5 m
+ * that hides a part of it. */
+std::vector<std::array<float, 3>>
+wallOf(bool has_plate, unsigned int seed)
+{
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0f, 0.01f);
+  std::vector<std::array<float, 3>> points;
+  for (int column = -60; column <= 60; ++column)
+    for (int row = -60; row <= 60; ++row) {
+      const float x = 0.006f * static_cast<float>(column);
+      const float y = 0.006f * static_cast<float>(row);
+      const bool is_plate = has_plate && std::abs(x) < 0.2f && std::abs(y) < 0.2f;
+      const float depth = (is_plate ? 1.5f : 3.0f) + noise(random);
+      points.push_back({depth * x, depth * y, depth});
+    }
+  return points;
+}
+
+TEST(CloudEncoder, ItsTemporalFilterSeesWhatIsBeyondTheBox)
+{
+  EncoderSettings settings;
+  settings.resolution = 0.04;
+  settings.temporal_filter = 64;
+  settings.bounding_box = BoundingBox{{-10.0, -10.0, 0.0}, {10.0, 10.0, 2.0}};
+  CloudEncoder encoder(settings, IntensityUnit::Points);
+  std::size_t hidden = 0;
+  std::size_t held = 0;
+  const auto voxels = [&](bool has_plate, unsigned int seed) {
+    auto points = wallOf(has_plate, seed);
+    for (int i = 0; i < 200; ++i) // a shelf, so that the scene is the same
+      for (int j = 0; j < 180; ++j)
+        points.push_back({0.8f + 0.01f * static_cast<float>(i),
+                          0.01f * static_cast<float>(j),
+                          1.5f});
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder.encode(viewOf(points), {}, bytes).ok());
+    const FrameStatistics& statistics = encoder.statistics();
+    EXPECT_EQ(statistics.coding.voxels,
+              statistics.voxelization.voxels - statistics.voxels_hidden +
+                  statistics.voxels_held);
+    hidden += statistics.voxels_hidden;
+    held += statistics.voxels_held;
+    return encoder.frame().size();
+  };
+  const std::size_t of_shelf = voxels(false, 0);
+  encoder = CloudEncoder(settings, IntensityUnit::Points);
+  for (unsigned int frame = 0; frame < 6; ++frame)
+    EXPECT_GT(voxels(true, frame), of_shelf + 100u);
+  voxels(false, 6);
+  EXPECT_EQ(voxels(false, 7), of_shelf);
+  EXPECT_GT(hidden, 0u);
+  EXPECT_GT(held, 0u);
+}
+
+TEST(CloudEncoder, WhatItsTemporalFilterHoldsStaysInTheGrid)
+{
+  // A plate far away is missing in a cloud that begins with an I-frame.
+  EncoderSettings settings;
+  settings.resolution = 0.04;
+  settings.temporal_filter = 8;
+  settings.i_frame_rate = 6;
+  CloudEncoder encoder(settings, IntensityUnit::Points);
+  std::vector<std::size_t> far_voxels;
+  for (unsigned int frame = 0; frame < 8; ++frame) {
+    auto points = wallOf(false, 1);
+    for (int i = 0; i < 40 && frame != 6; ++i)
+      for (int j = 0; j < 40; ++j)
+        points.push_back(
+            {300.0f, 0.05f * static_cast<float>(i), 0.05f * static_cast<float>(j)});
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder.encode(viewOf(points), {}, bytes).ok());
+    far_voxels.push_back(0);
+    forEachVoxelCentre(encoder.frame(), [&](float x, float, float, float) {
+      far_voxels.back() += x > 200.0f ? 1 : 0;
+    });
+  }
+  EXPECT_GT(far_voxels[5], 100u);
+  EXPECT_EQ(far_voxels[6], far_voxels[5]);
+  EXPECT_EQ(far_voxels[7], far_voxels[5]);
 }
 
 template <typename ExceptionT>
