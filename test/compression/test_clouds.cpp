@@ -224,29 +224,6 @@ using ColouredTypes = ::testing::Types<pcl::PointXYZRGB,
                                        pcl::PointXYZRGBL>;
 TYPED_TEST_SUITE(Colours, ColouredTypes, );
 
-TYPED_TEST(Colours, ComeBackToTheirBits)
-{
-  using Compressor = OctreePointCloudIntensityCompression<TypeParam>;
-  const auto cloud = colouredPlane<TypeParam>();
-  for (const unsigned int bits : {1u, 4u, 6u, 8u}) {
-    IntensityCompressionSettings settings;
-    settings.resolution = 0.01;
-    settings.colour_bits = bits;
-    const int most = static_cast<int>(std::lround(127.5 / (std::exp2(bits) - 1.0)));
-    const auto decoded = roundTrip(Compressor(settings), Compressor(), cloud);
-    ASSERT_EQ(decoded->size(), cloud->size());
-    for (const TypeParam& point : *decoded) {
-      const auto x = static_cast<std::size_t>(std::lround(point.x / 0.0223f));
-      const auto y = static_cast<std::size_t>(std::lround(point.y / 0.0223f));
-      const TypeParam& original = (*cloud)[40 * y + x];
-      EXPECT_LE(std::abs(point.r - original.r), most);
-      EXPECT_LE(std::abs(point.g - original.g), most);
-      EXPECT_LE(std::abs(point.b - original.b), most);
-      EXPECT_EQ(point.a, 255);
-    }
-  }
-}
-
 TYPED_TEST(Colours, AreWhiteWhereTheProfileHasNone)
 {
   OctreePointCloudIntensityCompression<TypeParam> compression(

@@ -37,28 +37,6 @@ movingCloud(unsigned int frame)
 
 const BoundingBox wide_box{{-0.8, -0.8, -0.8}, {1.2, 0.8, 0.8}};
 
-TEST(CompressionStreams, IFramesComeByTheStampsOfClouds)
-{
-  IntensityCompressionSettings settings = settingsWith(usual_resolution);
-  settings.bounding_box = wide_box;
-  settings.i_frame_every = 0.25;
-  Compression encoder(settings);
-  Compression decoder;
-  std::string kinds;
-  std::stringstream stream;
-  // Microseconds; 0 is no stamp.
-  for (const std::uint64_t stamp :
-       {100000, 300000, 349999, 350000, 0, 599999, 600001}) {
-    const Cloud::Ptr cloud = movingCloud(0);
-    cloud->header.stamp = stamp;
-    ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
-    Cloud::Ptr decoded;
-    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    kinds += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
-  }
-  EXPECT_EQ(kinds, "IPPIPPI");
-}
-
 TEST(CompressionRate, IsKeptByTheStampsOfTheClouds)
 {
   IntensityCompressionSettings settings = settingsWith(usual_resolution);

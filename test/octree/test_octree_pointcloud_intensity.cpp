@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -209,41 +208,6 @@ TYPED_TEST(OctreeIntensity, ReadsOnlyTheIndicesItIsGiven)
   this->octree.setInputCloud(cloud, indices);
   this->octree.addPointsFromInputCloud();
   this->expectAgreement(this->octree, chosen);
-}
-
-TYPED_TEST(OctreeIntensity, PclsIteratorsVisitEveryVoxelOnce)
-{
-  const auto cloud = this->someCloud(18, 2000);
-  this->add(cloud);
-  const auto voxels = naiveVoxels(*cloud, this->resolution);
-
-  // Until *node is null: the end iterators of PCL's Octree2BufBase belong to no octree,
-  // so that nothing ever equals them.
-  const auto expect_all_once = [&](auto begin) {
-    std::map<VoxelIndex, int> visits;
-    for (auto& node = begin; *node != nullptr; ++node) {
-      if (!node.isLeafNode())
-        continue;
-      const auto key = node.getCurrentOctreeKey();
-      const auto half =
-          static_cast<std::int64_t>(this->box_side / this->resolution) / 2;
-      const VoxelIndex index = {std::int64_t{key.x} - half,
-                                std::int64_t{key.y} - half,
-                                std::int64_t{key.z} - half};
-      ASSERT_EQ(voxels.count(index), 1u);
-      EXPECT_EQ(node.getLeafContainer().getPointCounter(), voxels.at(index).count);
-      EXPECT_NEAR(node.getLeafContainer().getIntensity(), voxels.at(index).sum, 1e-3);
-      ++visits[index];
-    }
-    EXPECT_EQ(visits.size(), voxels.size());
-    for (const auto& [index, count] : visits)
-      EXPECT_EQ(count, 1);
-  };
-  expect_all_once(this->octree.leaf_depth_begin());
-  expect_all_once(this->octree.depth_begin());
-  expect_all_once(this->octree.breadth_begin());
-  expect_all_once(this->octree.begin());
-  expect_all_once(this->octree.leaf_breadth_begin());
 }
 
 TYPED_TEST(OctreeIntensity, SerializedTreesComeBackAsOccupancyAlone)

@@ -21,24 +21,6 @@ using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
 using pcl_ext::io::test::viewOf;
 
-VoxelFrame
-voxelizeOnePoint(StreamFormat format)
-{
-  IntensityCompressionSettings settings;
-  settings.format = format;
-  CloudEncoder encoder(
-      settings, pcl_ext::IntensityUnit::Share, DepthLaw{2, 10.0, 255.0});
-  const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
-  PointView view;
-  view.coordinates = point.data();
-  view.coordinate_stride = sizeof(point);
-  view.count = 1;
-  VoxelFrame frame;
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
-  EXPECT_EQ(frame.size(), 1u);
-  return frame;
-}
-
 TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
 {
   const pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::LinearLaw> model(0.04);
@@ -209,92 +191,6 @@ TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
   encode(512.0f);
   EXPECT_EQ(statistics().resolution, 1e-4);
   EXPECT_GT(statistics().points_outside_grid, 0u);
-}
-
-TEST(NativeIntensities, RecoverBehindAnOutlier)
-{
-  std::vector<std::array<float, 4>> points;
-  for (int i = 0; i < 100; ++i)
-    points.push_back({0.1f * static_cast<float>(i), 0.0f, 1.0f, 40.0f});
-  const PointView view = viewOf(points);
-  CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
-  std::vector<std::uint8_t> bytes;
-  const auto encode = [&](float first) {
-    points[0][3] = first;
-    return encoder.encode(view, {}, bytes).hasWarning();
-  };
-  const auto is_i_frame = [&] { return encoder.statistics().coding.is_i_frame; };
-  EXPECT_FALSE(encode(40.0f));
-  EXPECT_TRUE(encode(1e9f));
-  EXPECT_TRUE(encode(1e9f));
-  EXPECT_FALSE(is_i_frame()); // as the cloud has that intensity itself
-  EXPECT_FALSE(encode(40.0f));
-  EXPECT_TRUE(is_i_frame());
-  EXPECT_EQ(encoder.frame().intensity_scale.value(encoder.frame().intensities[7]),
-            40.0f);
-  EXPECT_FALSE(encode(41.0f));
-  EXPECT_FALSE(is_i_frame());
-}
-
-/** \brief Encodes walls that jump, and counts bytes and I-frames. */
-class JumpingWall {
-public:
-  explicit JumpingWall(unsigned int i_frame_rate)
-  {
-    IntensityCompressionSettings settings;
-    settings.resolution = 0.05;
-    settings.effort = Effort::Fast;
-    settings.i_frame_rate = i_frame_rate;
-    encoder_.emplace(settings, IntensityUnit::None);
-  }
-
-  /** \brief Encodes the next frames.
-   * \param[in] count number of frames
-   * \param[in] jump largest, voxels
-   */
-  void
-  add(int count, double jump)
-  {
-    bytes = 0;
-    i_frames = 0;
-    std::vector<std::array<float, 3>> points;
-    for (int frame = 0; frame < count; ++frame) {
-      const double place = std::uniform_real_distribution<double>(0.0, jump)(random_);
-      points.clear();
-      for (int y = 0; y < 60; ++y)
-        for (int z = 0; z < 60; ++z)
-          points.push_back({static_cast<float>(0.05 * (place + 0.3 * y + 0.2 * z)),
-                            0.05f * (static_cast<float>(y) + 0.5f),
-                            0.05f * (static_cast<float>(z) + 0.5f)});
-      const PointView view = viewOf(points);
-      std::vector<std::uint8_t> encoded;
-      EXPECT_TRUE(encoder_->encode(view, {}, encoded).ok());
-      bytes += encoded.size();
-      i_frames += encoder_->statistics().coding.is_i_frame ? 1 : 0;
-    }
-  }
-
-  std::size_t bytes = 0; // of the last call of add()
-  int i_frames = 0;
-
-private:
-  std::mt19937 random_{5};
-  std::optional<CloudEncoder> encoder_;
-};
-
-TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
-{
-  JumpingWall scheduled(1000);
-  JumpingWall alone(1);
-  for (JumpingWall* wall : {&scheduled, &alone})
-    wall->add(200, 4.0);
-  EXPECT_EQ(scheduled.i_frames, 1);
-  EXPECT_LT(scheduled.bytes, alone.bytes);
-  // Where nothing moves any more the history is used again.
-  scheduled.add(100, 0.0);
-  for (JumpingWall* wall : {&scheduled, &alone})
-    wall->add(100, 0.0);
-  EXPECT_LT(2 * scheduled.bytes, alone.bytes);
 }
 
 /** \brief What a sensor at the origin sees of a wall 3 m away, and of a plate at 1.5 m
@@ -491,8 +387,16 @@ TEST(CloudEncoder, ViewsWithoutCoordinatesOrStridesAreRefused)
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)
 {
-  EXPECT_TRUE(voxelizeOnePoint(StreamFormat::Version1).depth_model.has_value());
-  EXPECT_FALSE(voxelizeOnePoint(StreamFormat::Published).depth_model.has_value());
+  const std::vector<std::array<float, 3>> point{{0.1f, 0.2f, 3.0f}};
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+    EncoderSettings settings;
+    settings.format = format;
+    CloudEncoder encoder(settings, IntensityUnit::Share, DepthLaw{2, 10.0, 255.0});
+    VoxelFrame frame;
+    EXPECT_TRUE(
+        encoder.voxelize(viewOf(point), pcl_ext::WorldPose::Identity(), frame).ok());
+    EXPECT_EQ(frame.depth_model.has_value(), format == StreamFormat::Version1);
+  }
 }
 
 } // namespace

@@ -390,18 +390,6 @@ TEST_F(Fields, AreWithTheLayoutOfTheirMessages)
   }
 }
 
-TEST_F(Fields, OfRingAndTimeTakeFewBytes)
-{
-  ASSERT_TRUE(send(turnOf(0)).ok());
-  const std::size_t without = bytes_.size();
-  encoder_.reset();
-  decoder_ = FrameDecoder();
-  settings_.fields = {{"ring"}};
-  ASSERT_TRUE(send(turnOf(0)).ok());
-  // 4 bits as they are; they follow from the direction, except where voxels are large.
-  EXPECT_LT(bytes_.size() - without, turnOf(0).size() / 4);
-}
-
 TEST_F(Fields, ThatACloudLacksAreAnError)
 {
   settings_.fields = {{"reflectivity"}};
@@ -556,24 +544,12 @@ TEST(FieldSettings, AreChecked)
       "decoder_limits.max_field_values is 0; it must be above 0");
 }
 
-TEST_F(Fields, BeyondTheLimitAreRefused)
+TEST_F(Fields, BeyondTheLimitOfDecodersAreTold)
 {
   settings_.fields = {{"flags"}};
   ASSERT_TRUE(send(turnOf(0)).ok());
   const std::size_t values = decoded_.fieldValueCount();
-  DecoderLimits limits;
-  limits.max_field_values = values;
-  EXPECT_TRUE(FrameDecoder(limits).decode(bytes_.data(), bytes_.size(), decoded_).ok());
-  limits.max_field_values = values - 1;
-  const CompressionStatus status =
-      FrameDecoder(limits).decode(bytes_.data(), bytes_.size(), decoded_);
-  EXPECT_EQ(status.code(), CompressionCode::LimitExceeded);
-  EXPECT_EQ(status.message(),
-            std::to_string(values) + " values of fields exceed the limit of " +
-                std::to_string(values - 1));
-  EXPECT_EQ(decoded_.fieldValueCount(), 0u);
-  // The encoder of a stream of such decoders tells.
-  settings_.decoder_limits = limits;
+  settings_.decoder_limits.max_field_values = values - 1;
   encoder_.emplace(settings_, IntensityUnit::None);
   const std::vector<LidarPoint> points = turnOf(0);
   EXPECT_EQ(

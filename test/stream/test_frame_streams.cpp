@@ -308,28 +308,26 @@ TEST(FrameStreams, StampsMayBeAnywhere)
 
 TEST(FrameStreams, StampsMayComeAndGo)
 {
-  std::mt19937_64 random(9);
-  const std::vector<std::optional<FrameStamp>> stamps{FrameStamp{1, "map"},
-                                                      std::nullopt,
-                                                      FrameStamp{2, "map"},
-                                                      FrameStamp{3, "odom"},
-                                                      std::nullopt,
-                                                      FrameStamp{4, "odom"},
-                                                      FrameStamp{5, "map"}};
+  const std::optional<FrameStamp> stamps[] = {FrameStamp{1, "map"},
+                                              std::nullopt,
+                                              FrameStamp{2, "map"},
+                                              FrameStamp{3, "odom"},
+                                              std::nullopt,
+                                              FrameStamp{4, "odom"},
+                                              FrameStamp{5, "map"}};
   for (unsigned int rate = 1; rate < 7; ++rate) {
     FrameEncoder encoder(StreamFormat::Version1, rate, Effort::Balanced);
     FrameDecoder decoder;
     VoxelFrame back;
     for (const std::optional<FrameStamp>& stamp : stamps) {
-      const VoxelFrame frame = randomFrame(random, 4, 30);
-      ASSERT_EQ(decoded(decoder, encoded(encoder, frame, stamp), back),
+      ASSERT_EQ(decoded(decoder, encoded(encoder, emptyFrame(4), stamp), back),
                 CompressionCode::Ok);
       ASSERT_EQ(decoder.stamp().has_value(), stamp.has_value());
-      if (stamp) {
-        EXPECT_EQ(decoder.stamp()->stamp, stamp->stamp);
-        EXPECT_EQ(decoder.stamp()->frame_id, stamp->frame_id)
-            << "an I-frame every " << rate << " frames";
-      }
+      EXPECT_EQ(decoder.stamp().value_or(FrameStamp()).stamp,
+                stamp.value_or(FrameStamp()).stamp);
+      EXPECT_EQ(decoder.stamp().value_or(FrameStamp()).frame_id,
+                stamp.value_or(FrameStamp()).frame_id)
+          << "an I-frame every " << rate << " frames";
     }
   }
 }

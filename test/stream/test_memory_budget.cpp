@@ -38,7 +38,7 @@ regularFrame(std::size_t voxels, std::uint64_t step)
 TEST(MemoryBudget, OfAllStreamsIsKeptByDroppingTheIdleOnes)
 {
   constexpr std::size_t voxels = 100000;
-  constexpr std::size_t streams = 30;
+  constexpr std::size_t streams = 40;
   constexpr std::size_t limit = 8 * bytes_of_voxel * voxels;
   for (const Effort effort : all_efforts) {
     SCOPED_TRACE(nameOf(effort));

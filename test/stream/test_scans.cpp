@@ -436,30 +436,6 @@ TEST(ScanHeaders, WithoutRowsAreWithin8192Bytes)
   EXPECT_LE(encoder.statistics().header_bytes, 8192u + 8u * 41u);
 }
 
-TEST(ScanHeaders, OfMorePointsThanTheLimitOnVoxelsAreRefused)
-{
-  scan::ScanFrame scan = makeCamera();
-  addPoints(scan, 1);
-  FrameEncoder encoder = scanEncoder(4);
-  const Bytes bytes = encoded(encoder, scan);
-  const std::size_t points = scan.pixels.size();
-  DecoderLimits limits;
-  VoxelFrame back;
-  for (const std::size_t fewer : {0u, 1u}) {
-    limits.max_voxels = points - fewer;
-    FrameDecoder decoder(limits);
-    const CompressionStatus status = decoder.decode(bytes.data(), bytes.size(), back);
-    EXPECT_EQ(status.code(),
-              fewer == 0 ? CompressionCode::Ok : CompressionCode::LimitExceeded);
-    if (fewer > 0) {
-      EXPECT_EQ(status.message(),
-                "frame header: " + std::to_string(points) +
-                    " points in order exceed the limit of " +
-                    std::to_string(points - 1));
-    }
-  }
-}
-
 TEST(Scans, OfManyPixelsTakeBytes)
 {
   // 2^24 pixels with a point are what decoders take for some bytes, and not for fewer.
