@@ -19,6 +19,7 @@
 #include <random>
 #include <set>
 #include <sstream>
+#include <vector>
 
 struct PointXYZIRT {
   PCL_ADD_POINT4D
@@ -103,23 +104,23 @@ lidarCloud()
   return cloud;
 }
 
-template <typename PointT>
-typename pcl::PointCloud<PointT>::Ptr
-sentAndReceived(const IntensityCompressionSettings& settings,
-                const typename pcl::PointCloud<PointT>::ConstPtr& cloud)
+/** \brief Settings that keep points with fields. */
+IntensityCompressionSettings
+pointSettings(double resolution, const std::vector<FieldSetting>& fields)
 {
-  using Compressor = OctreePointCloudIntensityCompression<PointT, NativeIntensity>;
-  return roundTrip(Compressor(settings), Compressor(), cloud);
+  IntensityCompressionSettings settings;
+  settings.resolution = resolution;
+  settings.keep_points = true;
+  settings.fields = fields;
+  return settings;
 }
 
 TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.1;
-  settings.keep_points = true;
-  settings.fields = {{all_fields}};
+  using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NativeIntensity>;
   const auto cloud = lidarCloud();
-  const auto received = sentAndReceived<PointXYZIRT>(settings, cloud);
+  const auto received =
+      roundTrip(Compressor(pointSettings(0.1, {{all_fields}})), Compressor(), cloud);
   ASSERT_EQ(received->size(), cloud->size());
   std::map<double, PointXYZIRT> by_time;
   for (const PointXYZIRT& point : *cloud)
@@ -142,10 +143,8 @@ TEST(ClassFields, OfARegisteredTypeComeBackPointByPoint)
 
 TEST(ClassFields, GoToFieldsOfOtherTypesByName)
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.1;
-  settings.keep_points = true;
-  settings.fields = {{"timestamp", 0.5}, {"intensity"}};
+  const IntensityCompressionSettings settings =
+      pointSettings(0.1, {{"timestamp", 0.5}, {"intensity"}});
   using Encoder = OctreePointCloudIntensityCompression<PointXYZIRT, NativeIntensity>;
   using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZI, NativeIntensity>;
   const auto cloud = lidarCloud();
@@ -215,11 +214,8 @@ TEST(ClassFields, AndColoursStayThoseOfTheStreamInAnEmptyCloud)
 void
 expectColoursOfPoints(unsigned int colour_bits, float spacing)
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 1.0;
+  IntensityCompressionSettings settings = pointSettings(1.0, {{all_fields}});
   settings.colour_bits = colour_bits;
-  settings.keep_points = true;
-  settings.fields = {{all_fields}};
   pcl::PointCloud<pcl::PointXYZRGBL>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZRGBL>);
   for (std::uint32_t i = 0; i < 300; ++i) {
     pcl::PointXYZRGBL point;
@@ -288,12 +284,10 @@ TEST(ClassFields, OfColoursGoToTypesThatNameThemOtherwise)
     point.rgba = 0xff000000u + 76543 * i;
     sent.insert(point.rgba);
   }
-  IntensityCompressionSettings settings;
-  settings.keep_points = true;
-  settings.fields = {{all_fields}};
   using Encoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGB>;
   using Decoder = OctreePointCloudIntensityCompression<pcl::PointXYZRGBA>;
-  const auto decoded = roundTrip(Encoder(settings), Decoder(), cloud);
+  const auto decoded =
+      roundTrip(Encoder(pointSettings(0.01, {{all_fields}})), Decoder(), cloud);
   std::multiset<std::uint32_t> received;
   for (const auto& point : *decoded)
     received.insert(point.rgba);
@@ -330,11 +324,8 @@ TEST(ClassFields, OfRingsTellTheOrderOfAnUnorganisedCloud)
     point.y = 4.0f * std::sin(angle);
     point.z = 0.1f * point.ring;
   }
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.001;
-  settings.keep_points = true;
   using Compressor = OctreePointCloudIntensityCompression<PointXYZIRT, NoIntensity>;
-  Compressor compressor(settings);
+  Compressor compressor(pointSettings(0.001, {}));
   const auto received = roundTrip(compressor, Compressor(), cloud);
   EXPECT_TRUE(compressor.statistics().coding.has_points);
   EXPECT_EQ(received->size(), cloud->size());
@@ -369,10 +360,7 @@ wallCloud(bool has_gaps)
 
 TEST(OrganisedClouds, ComeBackWithRowsColumnsAndGaps)
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.001;
-  settings.keep_points = true;
-  settings.fields = {{"rgb"}};
+  const IntensityCompressionSettings settings = pointSettings(0.001, {{"rgb"}});
   for (const bool has_gaps : {false, true}) {
     const auto cloud = wallCloud(has_gaps);
     using Compressor =
@@ -399,9 +387,7 @@ TEST(OrganisedClouds, ComeBackWithRowsColumnsAndGaps)
 
 TEST(OrganisedClouds, VoxelsAreMadeWhereTheyAreAskedFor)
 {
-  IntensityCompressionSettings settings;
-  settings.resolution = 0.001;
-  settings.keep_points = true;
+  IntensityCompressionSettings settings = pointSettings(0.001, {});
   settings.colour_bits = 8;
   for (const bool retains_octree : {false, true}) {
     settings.retain_octree = retains_octree;

@@ -29,7 +29,7 @@ constexpr std::size_t frame_count = warm_up + 3 * usual_i_frame_rate;
 std::vector<VoxelFrame>
 room(bool has_depth_model)
 {
-  RoomStream::Settings settings = roomSettings(8, 100, has_depth_model);
+  RoomStream::Settings settings = roomSettings(8, 60, has_depth_model);
   RoomStream stream(settings);
   // The first second has the largest frames: a frame that is larger than all before it
   // may take memory.

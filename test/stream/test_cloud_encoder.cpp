@@ -336,10 +336,8 @@ private:
 
 TEST(CloudEncoder, PassesOnWhatBatchesThrowButForMemory)
 {
-  const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
-  PointView view;
-  view.coordinates = point.data();
-  view.count = 1;
+  const std::vector<std::array<float, 3>> points{{0.1f, 0.2f, 3.0f}};
+  const PointView view = viewOf(points);
   CloudEncoder encoder(EncoderSettings(), IntensityUnit::None);
   std::vector<std::uint8_t> bytes;
   const auto expectIFrame = [&](bool is_i_frame) {

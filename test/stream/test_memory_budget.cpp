@@ -37,7 +37,7 @@ regularFrame(std::size_t voxels, std::uint64_t step)
 
 TEST(MemoryBudget, OfAllStreamsIsKeptByDroppingTheIdleOnes)
 {
-  constexpr std::size_t voxels = 100000;
+  constexpr std::size_t voxels = 50000;
   constexpr std::size_t streams = 40;
   constexpr std::size_t limit = 8 * bytes_of_voxel * voxels;
   for (const Effort effort : all_efforts) {
@@ -67,7 +67,7 @@ TEST(MemoryBudget, OfAllStreamsIsKeptByDroppingTheIdleOnes)
     const CompressionStatus status =
         decoders.front().decode(p_frame.data(), p_frame.size(), back);
     EXPECT_EQ(status.code(), CompressionCode::MissingReference);
-    EXPECT_NE(status.message().find("dropped to keep the memory limit of 96 MB"),
+    EXPECT_NE(status.message().find("dropped to keep the memory limit of 48 MB"),
               std::string::npos)
         << status;
     encoder.requestIFrame();
@@ -119,7 +119,7 @@ TEST(MemoryBudget, CountsWhatDecodersKeepAndNotMuchMore)
   for (const Effort effort : all_efforts)
     for (const VoxelFrame& frame : {randomFrame(random, 8, 400),
                                     randomFrame(random, 12, 20000),
-                                    regularFrame(100000, 1),
+                                    regularFrame(30000, 1),
                                     regularFrame(20000, block_cells)})
       expectMemoryCounted<VoxelFrame>(frame, effort, 3);
   VoxelFrame coloured = randomFrame(random, 12, 20000);

@@ -284,7 +284,7 @@ TEST_P(VoxelChangesOf, AllFramesAddUpAndThoseThatAreLostOrDamagedDoNoHarm)
     BothDecoders decoders;
     std::map<CompressionCode, int> codes;
     std::size_t of_changes = 0;
-    for (unsigned int i = 0; i < 60; ++i) {
+    for (unsigned int i = 0; i < 80; ++i) {
       SCOPED_TRACE(i);
       Bytes bytes = encoded(encoder, scene.next());
       const std::uint64_t kind = below(random, 8);
