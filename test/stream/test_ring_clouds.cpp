@@ -128,25 +128,20 @@ protected:
   expectPoints(const RingCloud& cloud, const VoxelFrame& back, bool is_in_order)
   {
     ASSERT_EQ(back.pointCount(), cloud.points.size());
-    std::vector<std::array<double, 3>> positions(cloud.points.size());
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      positions[back.cloudIndex(i)] = back.points.positions[i];
-    std::vector<std::array<float, 3>> points = cloud.points;
-    if (!is_in_order) { // of the heights of rings and columns alone
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto is_lower = [axis](const auto& one, const auto& other) {
-          return one[axis] < other[axis];
-        };
-        std::sort(positions.begin(), positions.end(), is_lower);
-        std::sort(points.begin(), points.end(), is_lower);
-        for (std::size_t i = 0; i < points.size(); ++i)
-          ASSERT_NEAR(positions[i][axis], points[i][axis], 0.00051);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::vector<double> found(cloud.points.size());
+      std::vector<double> expected(cloud.points.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        found[back.cloudIndex(i)] = back.points.positions[i][axis];
+        expected[i] = static_cast<double>(cloud.points[i][axis]);
       }
-      return;
+      if (!is_in_order) { // of the heights of rings and columns alone
+        std::sort(found.begin(), found.end());
+        std::sort(expected.begin(), expected.end());
+      }
+      for (std::size_t i = 0; i < found.size(); ++i)
+        ASSERT_NEAR(found[i], expected[i], 0.00051);
     }
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        ASSERT_NEAR(positions[i][axis], points[i][axis], 0.00051);
   }
 
   CloudEncoder encoder_{settings(), IntensityUnit::None};
