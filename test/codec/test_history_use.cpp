@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -67,34 +68,29 @@ times(char part, std::size_t frames)
   return std::string(frames, part);
 }
 
-TEST(HistoryUse, OfACalmSceneIsUsedAtOnce)
+TEST(HistoryUse, IsUsedComparedOrGivenUpByWhatItSaves)
 {
-  EXPECT_EQ(partsOf(repeated(700, 40)), "u" + times('U', 31) + "u" + times('U', 7));
-}
-
-TEST(HistoryUse, IsComparedTheMoreOftenTheLessItSaves)
-{
-  EXPECT_EQ(partsOf(repeated(930, 20)), "uUUUUUUUUUUUUUUUuUUU");
-  EXPECT_EQ(partsOf(repeated(960, 10)), "uUUUUUUUuU");
-  EXPECT_EQ(partsOf(repeated(970, 6)), "uUuUuU");
-}
-
-TEST(HistoryUse, OfANoisySceneLearnsUntilItPays)
-{
-  EXPECT_EQ(partsOf({1050, 1020, 980, 950, 940}), "kKUUu");
-  EXPECT_EQ(partsOf({1200, 1100, 1100, 1050, 1050, 1050, 1000, 1000}), "kKkKKKKU");
-}
-
-TEST(HistoryUse, IsGivenUpForEverMoreFrames)
-{
-  // A loss that does not shrink by a quarter.
-  std::string expected = "kKk";
+  std::string given_up = "kKk"; // a loss that does not shrink by a quarter
   for (const std::size_t pause : {15, 31, 63, 63})
-    expected += times('R', pause) + "kKk";
-  EXPECT_EQ(partsOf(repeated(1100, expected.size())), expected);
-  // One that does, but is still there after eight frames.
-  EXPECT_EQ(partsOf({1200, 1200, 1100, 1100, 1100, 1100, 1100, 1050, 1100}),
-            "kKkKKKKkR");
+    given_up += times('R', pause) + "kKk";
+  const std::pair<std::vector<std::size_t>, std::string> cases[] = {
+      // A calm scene, at once.
+      {repeated(700, 40), "u" + times('U', 31) + "u" + times('U', 7)},
+      // Compared the more often the less it saves.
+      {repeated(930, 20), "uUUUUUUUUUUUUUUUuUUU"},
+      {repeated(960, 10), "uUUUUUUUuU"},
+      {repeated(970, 6), "uUuUuU"},
+      // A noisy scene: it learns until it pays.
+      {{1050, 1020, 980, 950, 940}, "kKUUu"},
+      {{1200, 1100, 1100, 1050, 1050, 1050, 1000, 1000}, "kKkKKKKU"},
+      // Given up for ever more frames.
+      {repeated(1100, given_up.size()), given_up},
+      // A loss that shrinks, but is still there after eight frames.
+      {{1200, 1200, 1100, 1100, 1100, 1100, 1100, 1050, 1100}, "kKkKKKKkR"},
+      // One frame may be an exception.
+      {{700, 1300, 700, 1300, 1200, 700}, "ukUkkU"}};
+  for (const auto& [bytes_with, parts] : cases)
+    EXPECT_EQ(partsOf(bytes_with), parts);
 }
 
 TEST(HistoryUse, PausesAreShortAgainOnceItPays)
@@ -106,11 +102,6 @@ TEST(HistoryUse, PausesAreShortAgainOnceItPays)
             "kKk" + times('R', 15) + "kKk" + times('R', 31));
   EXPECT_EQ(partsOf(use, repeated(700, 8)), "UUuUUUUU");
   EXPECT_EQ(partsOf(use, repeated(1100, 22)), "kkkKk" + times('R', 15) + "kK");
-}
-
-TEST(HistoryUse, OneFrameMayBeAnException)
-{
-  EXPECT_EQ(partsOf({700, 1300, 700, 1300, 1200, 700}), "ukUkkU");
 }
 
 TEST(HistoryUse, IFramesCountAsFramesOfAPause)

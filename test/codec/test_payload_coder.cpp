@@ -152,15 +152,16 @@ TEST_P(PayloadCoding, OddFramesComeBack)
 {
   CodingWorkspace work;
   for (const unsigned int depth : {1u, 2u, 3u, 5u, 13u, 21u})
-    for (const unsigned int bits : {1u, 2u, 4u, 5u, 8u, 12u, 13u, 16u})
-      for (const std::size_t rate : {5u, 1000u}) {
-        SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits) +
-                     " bits, I-frames every " + std::to_string(rate));
-        Ends ends(GetParam(), work);
-        const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
-        for (std::size_t i = 0; i < frames.size(); ++i)
-          ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(frames[i], i % rate == 0)) << i;
-      }
+    for (const unsigned int bits : {1u, 2u, 4u, 5u, 8u, 12u, 13u, 16u}) {
+      // Each depth and each number of bits with both.
+      const std::size_t rate = (depth / 2 + bits / 4) % 2 == 0 ? 5 : 1000;
+      SCOPED_TRACE("depth " + std::to_string(depth) + ", " + std::to_string(bits) +
+                   " bits, I-frames every " + std::to_string(rate));
+      Ends ends(GetParam(), work);
+      const std::vector<VoxelFrame> frames = oddFrames(depth, bits);
+      for (std::size_t i = 0; i < frames.size(); ++i)
+        ASSERT_NO_FATAL_FAILURE(ends.expectRoundTrip(frames[i], i % rate == 0)) << i;
+    }
 }
 
 /** \brief A depth model with any of its numbers, among them the ends of their

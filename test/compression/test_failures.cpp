@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
+#include "support/text_parts.h"
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -18,6 +19,7 @@
 #include <stdexcept>
 #include <streambuf>
 #include <string>
+#include <utility>
 
 namespace {
 
@@ -101,7 +103,7 @@ TEST(CompressionInput, ANullOutputPointerGetsACloud)
 
 /** \brief Encodes three frames, the second into a stream that does not take it. */
 void
-expectOutputFailure(std::ostream& broken)
+expectOutputFailure(std::ostream& broken, const std::string& words)
 {
   Compression encoder(settingsWith(usual_resolution));
   Compression decoder;
@@ -112,6 +114,7 @@ expectOutputFailure(std::ostream& broken)
   CompressionStatus status;
   ASSERT_NO_THROW(status = encoder.encodePointCloud(cloud, broken));
   expectCode(status, CompressionCode::OutputFailed);
+  EXPECT_TRUE(hasPart(status.message(), words));
 
   const std::string next = encodeFrame(encoder, cloud);
   EXPECT_TRUE(encoder.statistics().coding.is_i_frame);
@@ -136,17 +139,22 @@ TEST(CompressionOutput, FailuresAreReported)
         std::ostream stream(&sink);
         if (is_set_to_throw)
           stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
-        expectOutputFailure(stream);
+        expectOutputFailure(stream, "writing a frame of ");
       }
   SinkThatCannotFlush cannot_flush;
   std::ostream unflushed(&cannot_flush);
-  expectOutputFailure(unflushed);
+  expectOutputFailure(unflushed, "writing a frame of ");
   std::ostream without_buffer(nullptr);
-  expectOutputFailure(without_buffer);
+  expectOutputFailure(without_buffer, "failed state");
   std::ostringstream failed_before;
   failed_before.setstate(std::ios_base::failbit);
-  expectOutputFailure(failed_before);
+  expectOutputFailure(failed_before, "failed state");
   EXPECT_TRUE(failed_before.str().empty());
+  std::ofstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
+  wrong_path.clear(); // does not open it
+  expectOutputFailure(wrong_path, "not open");
+  std::ofstream never_opened;
+  expectOutputFailure(never_opened, "not open");
 }
 
 TEST(CompressionSource, TheEndSetsTheBitsThatEndALoop)
@@ -203,13 +211,43 @@ TEST(CompressionSource, AStreamSetToThrowDoesNot)
   }
 }
 
-TEST(CompressionSource, AStreamWithoutABufferIsReported)
+TEST(CompressionSource, ThatIsNotOpenOrHasFailedIsReported)
 {
-  Compression decoder;
-  std::istream stream(nullptr);
-  Cloud::Ptr decoded(new Cloud(3, 1));
-  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::InputFailed);
-  EXPECT_TRUE(decoded->empty());
+  std::ifstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
+  std::ifstream never_opened;
+  std::istream without_buffer(nullptr);
+  std::istringstream failed("1 x");
+  int number = 0;
+  failed >> number >> number;
+  const std::pair<std::istream*, const char*> inputs[] = {
+      {&wrong_path, "not open"},
+      {&never_opened, "not open"},
+      {&without_buffer, "no buffer"},
+      {&failed, "had failed before the call"}};
+  for (const auto& [stream, words] : inputs) {
+    Compression decoder(settingsWith(usual_resolution));
+    Cloud::Ptr decoded(new Cloud(3, 1));
+    const CompressionStatus status = decoder.decodePointCloud(*stream, decoded);
+    expectCode(status, CompressionCode::InputFailed);
+    EXPECT_TRUE(hasPart(status.message(), words));
+    EXPECT_TRUE(decoded->empty());
+  }
+}
+
+TEST(CompressionSource, AnIncompleteFrameStaysInTheStreamIfToldTo)
+{
+  Compression encoder(settingsWith(usual_resolution));
+  const std::string frame = encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 100));
+  IntensityCompressionSettings settings;
+  settings.incomplete_frame = IncompleteFrame::Keep;
+  Compression decoder(settings);
+  std::stringstream stream;
+  Cloud::Ptr decoded;
+  stream << frame.substr(0, frame.size() / 2);
+  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Truncated);
+  EXPECT_TRUE(stream.good());
+  stream << frame.substr(frame.size() / 2);
+  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Ok);
 }
 
 } // namespace

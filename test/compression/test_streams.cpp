@@ -1,9 +1,9 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
-#include <pcl_ext/intensity/intensity_model.h>
 
 #include "support/cloud_streams.h"
+#include "support/text_parts.h"
 
 #include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
@@ -15,12 +15,12 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::test;
-using pcl_ext::CountIntensity;
 
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 using Compression = OctreePointCloudIntensityCompression<pcl::PointXYZI>;
@@ -36,26 +36,55 @@ movingCloud(unsigned int frame)
 }
 
 const BoundingBox wide_box{{-0.8, -0.8, -0.8}, {1.2, 0.8, 0.8}};
-TEST(CompressionStreams, IFramesComeByTheStampsOfClouds)
+
+TEST(CompressionRate, IsKeptByTheStampsOfTheClouds)
 {
   IntensityCompressionSettings settings = settingsWith(usual_resolution);
-  settings.bounding_box = wide_box;
-  settings.i_frame_every = 0.25;
+  settings.max_rate = 2e5;
   Compression encoder(settings);
-  Compression decoder;
-  std::string kinds;
-  std::stringstream stream;
-  // Microseconds; 0 is no stamp.
-  for (const std::uint64_t stamp :
-       {100000, 300000, 349999, 350000, 0, 599999, 600001}) {
-    const Cloud::Ptr cloud = movingCloud(0);
+  std::vector<std::uint8_t> bytes;
+  unsigned int seed = 0;
+  const auto encode = [&](std::uint64_t stamp) {
+    const Cloud::Ptr cloud = randomCloud<pcl::PointXYZI>(++seed, 2000);
     cloud->header.stamp = stamp;
-    ASSERT_TRUE(encoder.encodePointCloud(cloud, stream).ok());
-    Cloud::Ptr decoded;
-    ASSERT_TRUE(decoder.decodePointCloud(stream, decoded).ok());
-    kinds += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
+    const CompressionStatus status = encoder.encodePointCloud(cloud, bytes);
+    EXPECT_EQ(status.ok(), !bytes.empty());
+    return status.code();
+  };
+  for (std::uint64_t second = 1; second < 20; ++second)
+    EXPECT_EQ(encode(1000000 * second), CompressionCode::Ok);
+  std::size_t left_out = 0;
+  for (int cloud = 0; cloud < 20; ++cloud)
+    left_out += encode(20000000) == CompressionCode::LeftOut ? 1 : 0;
+  EXPECT_GT(left_out, 0u);
+  EXPECT_EQ(encoder.rateControlStatus().clouds_left_out, left_out);
+  EXPECT_EQ(encoder.settings().resolution, usual_resolution);
+}
+
+TEST(CompressionRate, StampsOfAnySizeAreTimes)
+{
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
+  settings.max_rate = 2e5;
+  Compression encoder(settings);
+  for (const std::uint64_t stamp : {UINT64_MAX, std::uint64_t{1}, UINT64_MAX / 2}) {
+    const Cloud::Ptr cloud = randomCloud<pcl::PointXYZI>(1, 10);
+    cloud->header.stamp = stamp;
+    encodeFrame(encoder, cloud);
   }
-  EXPECT_EQ(kinds, "IPPIPPI");
+}
+
+TEST(CompressionRate, AnotherOneStaysWithAnotherResolution)
+{
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
+  settings.max_rate = 2e5;
+  Compression encoder(settings);
+  encoder.setMaxRate(1e6);
+  encoder.setResolution(0.1);
+  EXPECT_EQ(encoder.rateControlStatus().max_rate, 1e6);
+  EXPECT_EQ(encoder.rateControlStatus().resolution, 0.1);
+  Compression unlimited(settingsWith(0.1));
+  unlimited.setMaxRate(1e3);
+  EXPECT_FALSE(unlimited.rateControlStatus().is_on);
 }
 
 TEST(CompressionStreams, OneInstanceServesBothDirectionsAtOnce)
@@ -118,58 +147,39 @@ TEST(CompressionStatistics, AreThoseOfVoxelizerAndCoder)
   }
 }
 
-/** \brief What a frame prints, at a verbosity of PCL's console. */
-struct PrintedFrame {
-  std::string encoding;
-  std::string decoding;
-  FrameStatistics encoded;
-};
-
-PrintedFrame
-printFrame(bool show_statistics, pcl::console::VERBOSITY_LEVEL verbosity)
+TEST(CompressionStatistics, ArePrintedThroughPclsConsoleIfTheyAreToBe)
 {
   const auto verbosity_before = pcl::console::getVerbosityLevel();
-  pcl::console::setVerbosityLevel(verbosity);
   IntensityCompressionSettings settings = settingsWith(usual_resolution);
-  settings.show_statistics = show_statistics;
-  Compression compression(settings);
-  std::stringstream stream;
-  Cloud::Ptr decoded;
-  PrintedFrame printed;
-  ::testing::internal::CaptureStdout();
-  EXPECT_TRUE(compression.encodePointCloud(movingCloud(0), stream).ok());
-  printed.encoding = ::testing::internal::GetCapturedStdout();
-  printed.encoded = compression.statistics();
-  ::testing::internal::CaptureStdout();
-  EXPECT_TRUE(compression.decodePointCloud(stream, decoded).ok());
-  printed.decoding = ::testing::internal::GetCapturedStdout();
+  for (const bool is_shown : {true, false})
+    for (const auto verbosity : {pcl::console::L_INFO, pcl::console::L_WARN}) {
+      pcl::console::setVerbosityLevel(verbosity);
+      settings.show_statistics = is_shown;
+      Compression compression(settings);
+      std::stringstream stream;
+      Cloud::Ptr decoded;
+      ::testing::internal::CaptureStdout();
+      EXPECT_TRUE(compression.encodePointCloud(movingCloud(0), stream).ok());
+      const std::string encoding = ::testing::internal::GetCapturedStdout();
+      const CodedFrameStatistics coding = compression.statistics().coding;
+      ::testing::internal::CaptureStdout();
+      EXPECT_TRUE(compression.decodePointCloud(stream, decoded).ok());
+      const std::string decoding = ::testing::internal::GetCapturedStdout();
+      if (!is_shown || verbosity == pcl::console::L_WARN) {
+        EXPECT_EQ(encoding + decoding, "");
+        continue;
+      }
+      for (const std::string& text : {encoding, decoding})
+        for (const std::string& words : {std::string("Intra frame"),
+                                         std::to_string(coding.voxels),
+                                         std::to_string(coding.bytes) + " bytes"})
+          EXPECT_TRUE(hasPart(text, words));
+      EXPECT_TRUE(hasPart(encoding, "POINTCLOUD ENCODING"));
+      EXPECT_TRUE(hasPart(encoding, "points: 650"));
+      EXPECT_TRUE(hasPart(decoding, "POINTCLOUD DECODING"));
+      EXPECT_FALSE(hasPart(decoding, "points:"));
+    }
   pcl::console::setVerbosityLevel(verbosity_before);
-  return printed;
-}
-
-TEST(CompressionStatistics, ArePrintedThroughPclsConsole)
-{
-  const PrintedFrame printed = printFrame(true, pcl::console::L_INFO);
-  const std::string voxels = std::to_string(printed.encoded.coding.voxels);
-  const std::string bytes = std::to_string(printed.encoded.coding.bytes);
-  for (const std::string* text : {&printed.encoding, &printed.decoding}) {
-    EXPECT_NE(text->find("Intra frame"), std::string::npos) << *text;
-    EXPECT_NE(text->find(voxels), std::string::npos) << *text;
-    EXPECT_NE(text->find(bytes + " bytes"), std::string::npos) << *text;
-  }
-  EXPECT_NE(printed.encoding.find("POINTCLOUD ENCODING"), std::string::npos);
-  EXPECT_NE(printed.encoding.find("points: 650"), std::string::npos);
-  EXPECT_NE(printed.decoding.find("POINTCLOUD DECODING"), std::string::npos);
-  EXPECT_EQ(printed.decoding.find("points:"), std::string::npos);
-}
-
-TEST(CompressionStatistics, AreNotPrintedWhenDisabledOrBelowTheVerbosity)
-{
-  for (const PrintedFrame& printed : {printFrame(false, pcl::console::L_VERBOSE),
-                                      printFrame(true, pcl::console::L_WARN)}) {
-    EXPECT_EQ(printed.encoding, "");
-    EXPECT_EQ(printed.decoding, "");
-  }
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include <pcl_ext/compression/octree_pointcloud_intensity_compression.h>
 
 #include "support/cloud_streams.h"
+#include "support/text_parts.h"
 
 #include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
@@ -10,7 +11,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -26,12 +26,6 @@ using Quadratic = OctreePointCloudIntensityCompression<
     pcl::PointXYZI,
     pcl_ext::IntensityModel<pcl_ext::KinectV2, pcl_ext::QuadraticLaw>>;
 
-void
-expectWords(const CompressionStatus& status, const std::string& words)
-{
-  EXPECT_NE(status.message().find(words), std::string::npos) << status;
-}
-
 TEST(CompressionWarnings, PointsBehindTheSensor)
 {
   // As PCL writes the files of a Kinect: y up and z towards the viewer, VIEWPOINT
@@ -42,7 +36,7 @@ TEST(CompressionWarnings, PointsBehindTheSensor)
   Quadratic behind(settingsWith(usual_resolution));
   const CompressionStatus status = behind.encodePointCloud(cloud, stream);
   EXPECT_TRUE(status.hasWarning());
-  expectWords(status, "100 of 100 points are behind the sensor");
+  EXPECT_TRUE(hasPart(status.message(), "100 of 100 points are behind the sensor"));
   EXPECT_EQ(behind.statistics().voxelization.points_behind_sensor, 100u);
 
   IntensityCompressionSettings settings = settingsWith(usual_resolution);
@@ -98,95 +92,24 @@ TEST(CompressionWarnings, AreOnPclsConsoleOnceForEachKind)
   pcl::console::setVerbosityLevel(verbosity);
 }
 
-// ---------------------------------------------------------------- streams
-
-TEST(CompressionSource, AFileThatIsNotOpenIsReported)
-{
-  Compression compression(settingsWith(usual_resolution));
-  Cloud::Ptr decoded;
-  std::ifstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
-  std::ifstream never_opened;
-  for (std::istream* stream : {&wrong_path, &never_opened}) {
-    const CompressionStatus status = compression.decodePointCloud(*stream, decoded);
-    expectCode(status, CompressionCode::InputFailed);
-    expectWords(status, "not open");
-  }
-  std::istringstream failed("1 x");
-  int number = 0;
-  failed >> number >> number;
-  const CompressionStatus status = compression.decodePointCloud(failed, decoded);
-  expectCode(status, CompressionCode::InputFailed);
-  expectWords(status, "had failed before the call");
-}
-
-TEST(CompressionOutput, AFileThatIsNotOpenIsReported)
-{
-  Compression compression(settingsWith(usual_resolution));
-  const auto cloud = randomCloud<pcl::PointXYZI>(1, 100);
-  std::ofstream wrong_path("/no/such/folder/frames.pcxi", std::ios::binary);
-  std::ofstream never_opened;
-  wrong_path.clear(); // does not open it
-  for (std::ostream* stream : {&wrong_path, &never_opened}) {
-    const CompressionStatus status = compression.encodePointCloud(cloud, *stream);
-    expectCode(status, CompressionCode::OutputFailed);
-    expectWords(status, "not open");
-  }
-}
-
-TEST(CompressionSource, TwoStreamsInOneAreNamed)
-{
-  Compression encoder(settingsWith(usual_resolution));
-  Compression other(settingsWith(usual_resolution));
-  Compression decoder;
-  Cloud::Ptr decoded;
-  const auto cloud = randomCloud<pcl::PointXYZI>(1, 500);
-  EXPECT_TRUE(decodeBytes(decoder, encodeFrame(encoder, cloud), decoded).ok());
-  encodeFrame(other, randomCloud<pcl::PointXYZI>(2, 100));
-  encodeFrame(other, cloud);
-  other.requestIFrame();
-  encodeFrame(other, cloud);
-  const CompressionStatus status =
-      decodeBytes(decoder, encodeFrame(other, cloud), decoded);
-  expectCode(status, CompressionCode::MissingReference);
-  expectWords(status, "belongs to another stream");
-}
-
-TEST(CompressionSource, AnIncompleteFrameStaysInTheStreamIfToldTo)
-{
-  Compression encoder(settingsWith(usual_resolution));
-  const std::string frame = encodeFrame(encoder, randomCloud<pcl::PointXYZI>(1, 100));
-  IntensityCompressionSettings settings;
-  settings.incomplete_frame = IncompleteFrame::Keep;
-  Compression decoder(settings);
-  std::stringstream stream;
-  Cloud::Ptr decoded;
-  stream << frame.substr(0, frame.size() / 2);
-  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Truncated);
-  EXPECT_TRUE(stream.good());
-  stream << frame.substr(frame.size() / 2);
-  expectCode(decoder.decodePointCloud(stream, decoded), CompressionCode::Ok);
-  EXPECT_FALSE(decoded->empty());
-}
-
 // ---------------------------------------------------------------- memory and moves
 
 TEST(CompressionInMemory, HasTheBytesOfAStream)
 {
   Compression to_stream(settingsWith(usual_resolution));
   Compression to_memory(settingsWith(usual_resolution));
-  Compression decoder;
-  for (unsigned int seed = 0; seed < 3; ++seed) {
-    const auto cloud = randomCloud<pcl::PointXYZI>(seed, 300);
+  const auto cloud = randomCloud<pcl::PointXYZI>(1, 300);
+  for (int frame = 0; frame < 2; ++frame) {
     std::vector<std::uint8_t> bytes(7, 1);
     expectCode(to_memory.encodePointCloud(cloud, bytes), CompressionCode::Ok);
     EXPECT_EQ(std::string(bytes.begin(), bytes.end()), encodeFrame(to_stream, cloud));
     bytes.push_back('P'); // of the next frame
     Cloud::Ptr decoded;
-    expectCode(decoder.decodePointCloud(bytes.data(), bytes.size(), decoded),
+    expectCode(to_memory.decodePointCloud(bytes.data(), bytes.size(), decoded),
                CompressionCode::Ok);
     expectVoxelCentres(
         *decoded, naiveVoxels(*cloud, usual_resolution), usual_resolution);
-    EXPECT_EQ(decoder.statistics().coding.bytes, bytes.size() - 1);
+    EXPECT_EQ(to_memory.statistics().coding.bytes, bytes.size() - 1);
   }
 }
 

@@ -169,46 +169,31 @@ TEST(IntensityModel, LawsFollowTheirFormulasUpToTheCutOffDepth)
   }
 }
 
-TEST(IntensityModel, DepthLawsAreCappedAtOneBeyondTheCutOffDepth)
-{
-  const IntensityModel<KinectV2, QuadraticLaw> quadratic(0.04);
-  const IntensityModel<KinectV2, LinearLaw> linear(0.04);
-  const auto cut_off = static_cast<float>(quadratic.cutOffDepth());
-  EXPECT_LT(quadratic(0.999f * cut_off), 1.0f);
-  EXPECT_LT(linear(0.999f * cut_off), 1.0f);
-  for (const float depth : {1.001f * cut_off,
-                            100.0f * cut_off,
-                            std::numeric_limits<float>::max(),
-                            infinity}) {
-    EXPECT_EQ(quadratic(depth), 1.0f) << depth;
-    EXPECT_EQ(linear(depth), 1.0f) << depth;
-  }
-}
-
-TEST(IntensityModel, DepthsBehindTheSensorCountAsZero)
-{
-  const IntensityModel<KinectV2, QuadraticLaw> quadratic(0.04);
-  const IntensityModel<KinectV2, LinearLaw> linear(0.04);
-  for (const float depth :
-       {0.0f, -0.0f, -1e-30f, -1.0f, -std::numeric_limits<float>::max(), -infinity}) {
-    EXPECT_EQ(quadratic(depth), 0.0f) << depth;
-    EXPECT_EQ(linear(depth), 0.0f) << depth;
-  }
-  const IntensityModel<KinectV2, CountLaw> count(0.04);
-  EXPECT_EQ(count(-1.0f), 1.0f);
-}
-
-TEST(IntensityModel, NanDepthGivesNanWhereDepthIsUsed)
+TEST(IntensityModel, LawsOfDepthAreZeroBehindTheSensorAndOneBeyondTheCutOffDepth)
 {
   const IntensityModel<KinectV2, QuadraticLaw> quadratic(0.04);
   const IntensityModel<KinectV2, LinearLaw> linear(0.04);
   const CountIntensity count(0.04);
-  const NativeIntensity native(0.04);
+  constexpr float most = std::numeric_limits<float>::max();
+  const auto cut_off = static_cast<float>(quadratic.cutOffDepth());
+  EXPECT_LT(quadratic(0.999f * cut_off), 1.0f);
+  EXPECT_LT(linear(0.999f * cut_off), 1.0f);
+  for (const float depth : {1.001f * cut_off, 100.0f * cut_off, most, infinity}) {
+    EXPECT_EQ(quadratic(depth), 1.0f) << depth;
+    EXPECT_EQ(linear(depth), 1.0f) << depth;
+  }
+  for (const float depth : {0.0f, -0.0f, -1e-30f, -1.0f, -most, -infinity}) {
+    EXPECT_EQ(quadratic(depth), 0.0f) << depth;
+    EXPECT_EQ(linear(depth), 0.0f) << depth;
+    EXPECT_EQ(count(depth), 1.0f) << depth;
+  }
   EXPECT_TRUE(std::isnan(quadratic(not_a_number)));
   EXPECT_TRUE(std::isnan(linear(not_a_number)));
-  EXPECT_EQ(count(not_a_number, not_a_number), 1.0f);
-  EXPECT_EQ(native(not_a_number, 7.5f), 7.5f);
-  EXPECT_TRUE(std::isnan(native(1.0f, not_a_number)));
+  for (const float native : {-1.0f, 255.0f, infinity, not_a_number}) { // is not used
+    EXPECT_EQ(quadratic(2.0f, native), quadratic(2.0f));
+    EXPECT_EQ(linear(2.0f, native), linear(2.0f));
+    EXPECT_EQ(count(not_a_number, native), 1.0f);
+  }
 }
 
 TEST(IntensityModel, NativeLawKeepsAndScalesTheSensorsIntensity)
@@ -219,18 +204,8 @@ TEST(IntensityModel, NativeLawKeepsAndScalesTheSensorsIntensity)
   const NativeIntensity scaled(0.01, UnspecifiedSensor(), NativeLaw{1.0f / 257.0f});
   EXPECT_FLOAT_EQ(scaled(2.0f, 65535.0f), 255.0f);
   EXPECT_EQ(as_is(2.0f), 0.0f);
-}
-
-TEST(IntensityModel, NativeIsIgnoredByTheOtherLaws)
-{
-  const IntensityModel<KinectV2, QuadraticLaw> quadratic(0.04);
-  const IntensityModel<KinectV2, LinearLaw> linear(0.04);
-  const CountIntensity count(0.04);
-  for (const float native : {-1.0f, 255.0f, infinity, not_a_number}) {
-    EXPECT_EQ(quadratic(2.0f, native), quadratic(2.0f));
-    EXPECT_EQ(linear(2.0f, native), linear(2.0f));
-    EXPECT_EQ(count(2.0f, native), 1.0f);
-  }
+  EXPECT_EQ(as_is(not_a_number, 7.5f), 7.5f);
+  EXPECT_TRUE(std::isnan(as_is(1.0f, not_a_number)));
 }
 
 TEST(IntensityModel, WithoutDepthThereIsNoCutOff)

@@ -89,7 +89,7 @@ private:
 EncoderSettings
 settingsOf(bool keeps_order)
 {
-  EncoderSettings settings = fineSettings(Effort::Fast);
+  EncoderSettings settings = fineSettings();
   settings.keep_order = keeps_order;
   return settings;
 }

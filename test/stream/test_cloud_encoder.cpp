@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <new>
 #include <optional>
 #include <random>
@@ -19,24 +20,6 @@ namespace {
 using namespace pcl_ext::io;
 using pcl_ext::IntensityUnit;
 using pcl_ext::io::test::viewOf;
-
-VoxelFrame
-voxelizeOnePoint(StreamFormat format)
-{
-  IntensityCompressionSettings settings;
-  settings.format = format;
-  CloudEncoder encoder(
-      settings, pcl_ext::IntensityUnit::Share, DepthLaw{2, 10.0, 255.0});
-  const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
-  PointView view;
-  view.coordinates = point.data();
-  view.coordinate_stride = sizeof(point);
-  view.count = 1;
-  VoxelFrame frame;
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), frame).ok());
-  EXPECT_EQ(frame.size(), 1u);
-  return frame;
-}
 
 TEST(SetIntensities, OfPointsBeyondTheRangeOfFloatsAreThoseOfTheirDepth)
 {
@@ -210,90 +193,90 @@ TEST_F(WideClouds, KeepTheirVoxelsUnlessToldAndForShares)
   EXPECT_GT(statistics().points_outside_grid, 0u);
 }
 
-TEST(NativeIntensities, RecoverBehindAnOutlier)
+/** \brief What a sensor at the origin sees of a wall 3 m away, and of a plate at 1.5 m
+ * that hides a part of it. */
+std::vector<std::array<float, 3>>
+wallOf(bool has_plate, unsigned int seed)
 {
-  std::vector<std::array<float, 4>> points;
-  for (int i = 0; i < 100; ++i)
-    points.push_back({0.1f * static_cast<float>(i), 0.0f, 1.0f, 40.0f});
-  const PointView view = viewOf(points);
-  CloudEncoder encoder(IntensityCompressionSettings(), IntensityUnit::Native);
-  std::vector<std::uint8_t> bytes;
-  const auto encode = [&](float first) {
-    points[0][3] = first;
-    return encoder.encode(view, {}, bytes).hasWarning();
-  };
-  const auto is_i_frame = [&] { return encoder.statistics().coding.is_i_frame; };
-  EXPECT_FALSE(encode(40.0f));
-  EXPECT_TRUE(encode(1e9f));
-  EXPECT_TRUE(encode(1e9f));
-  EXPECT_FALSE(is_i_frame()); // as the cloud has that intensity itself
-  EXPECT_FALSE(encode(40.0f));
-  EXPECT_TRUE(is_i_frame());
-  EXPECT_EQ(encoder.frame().intensity_scale.value(encoder.frame().intensities[7]),
-            40.0f);
-  EXPECT_FALSE(encode(41.0f));
-  EXPECT_FALSE(is_i_frame());
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0f, 0.01f);
+  std::vector<std::array<float, 3>> points;
+  for (int column = -60; column <= 60; ++column)
+    for (int row = -60; row <= 60; ++row) {
+      const float x = 0.006f * static_cast<float>(column);
+      const float y = 0.006f * static_cast<float>(row);
+      const bool is_plate = has_plate && std::abs(x) < 0.2f && std::abs(y) < 0.2f;
+      const float depth = (is_plate ? 1.5f : 3.0f) + noise(random);
+      points.push_back({depth * x, depth * y, depth});
+    }
+  return points;
 }
 
-/** \brief Encodes walls that jump, and counts bytes and I-frames. */
-class JumpingWall {
-public:
-  explicit JumpingWall(unsigned int i_frame_rate)
-  {
-    IntensityCompressionSettings settings;
-    settings.resolution = 0.05;
-    settings.effort = Effort::Fast;
-    settings.i_frame_rate = i_frame_rate;
-    encoder_.emplace(settings, IntensityUnit::None);
-  }
-
-  /** \brief Encodes the next frames.
-   * \param[in] count number of frames
-   * \param[in] jump largest, voxels
-   */
-  void
-  add(int count, double jump)
-  {
-    bytes = 0;
-    i_frames = 0;
-    std::vector<std::array<float, 3>> points;
-    for (int frame = 0; frame < count; ++frame) {
-      const double place = std::uniform_real_distribution<double>(0.0, jump)(random_);
-      points.clear();
-      for (int y = 0; y < 60; ++y)
-        for (int z = 0; z < 60; ++z)
-          points.push_back({static_cast<float>(0.05 * (place + 0.3 * y + 0.2 * z)),
-                            0.05f * (static_cast<float>(y) + 0.5f),
-                            0.05f * (static_cast<float>(z) + 0.5f)});
-      const PointView view = viewOf(points);
-      std::vector<std::uint8_t> encoded;
-      EXPECT_TRUE(encoder_->encode(view, {}, encoded).ok());
-      bytes += encoded.size();
-      i_frames += encoder_->statistics().coding.is_i_frame ? 1 : 0;
-    }
-  }
-
-  std::size_t bytes = 0; // of the last call of add()
-  int i_frames = 0;
-
-private:
-  std::mt19937 random_{5};
-  std::optional<CloudEncoder> encoder_;
-};
-
-TEST(CloudEncoder, PFramesOfWhatMovesTakeNoMoreBytesThanIFrames)
+TEST(CloudEncoder, ItsTemporalFilterSeesWhatIsBeyondTheBox)
 {
-  JumpingWall scheduled(1000);
-  JumpingWall alone(1);
-  for (JumpingWall* wall : {&scheduled, &alone})
-    wall->add(200, 4.0);
-  EXPECT_EQ(scheduled.i_frames, 1);
-  EXPECT_LT(scheduled.bytes, alone.bytes);
-  // Where nothing moves any more the history is used again.
-  scheduled.add(100, 0.0);
-  for (JumpingWall* wall : {&scheduled, &alone})
-    wall->add(100, 0.0);
-  EXPECT_LT(2 * scheduled.bytes, alone.bytes);
+  EncoderSettings settings;
+  settings.resolution = 0.04;
+  settings.temporal_filter = 64;
+  settings.bounding_box = BoundingBox{{-10.0, -10.0, 0.0}, {10.0, 10.0, 2.0}};
+  CloudEncoder encoder(settings, IntensityUnit::Points);
+  std::size_t hidden = 0;
+  std::size_t held = 0;
+  const auto voxels = [&](bool has_plate, unsigned int seed) {
+    auto points = wallOf(has_plate, seed);
+    for (int i = 0; i < 200; ++i) // a shelf, so that the scene is the same
+      for (int j = 0; j < 180; ++j)
+        points.push_back({0.8f + 0.01f * static_cast<float>(i),
+                          0.01f * static_cast<float>(j),
+                          1.5f});
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder.encode(viewOf(points), {}, bytes).ok());
+    const FrameStatistics& statistics = encoder.statistics();
+    EXPECT_EQ(statistics.coding.voxels,
+              statistics.voxelization.voxels - statistics.voxels_hidden +
+                  statistics.voxels_held);
+    hidden += statistics.voxels_hidden;
+    held += statistics.voxels_held;
+    return encoder.frame().size();
+  };
+  const std::size_t of_shelf = voxels(false, 0);
+  encoder = CloudEncoder(settings, IntensityUnit::Points);
+  std::size_t with_plate = 0;
+  for (unsigned int frame = 0; frame < 6; ++frame) {
+    with_plate = voxels(true, frame);
+    EXPECT_GT(with_plate, of_shelf + 100u);
+  }
+  // Without the points beyond the box all voxels of the plate would be held once.
+  EXPECT_LT(voxels(false, 6), with_plate);
+  EXPECT_EQ(voxels(false, 7), of_shelf);
+  EXPECT_GT(hidden, 0u);
+  EXPECT_GT(held, 0u);
+}
+
+TEST(CloudEncoder, WhatItsTemporalFilterHoldsStaysInTheGrid)
+{
+  // A plate far away is missing in a cloud that begins with an I-frame.
+  EncoderSettings settings;
+  settings.resolution = 0.04;
+  settings.temporal_filter = 8;
+  settings.i_frame_rate = 6;
+  CloudEncoder encoder(settings, IntensityUnit::Points);
+  std::vector<std::size_t> far_voxels;
+  for (unsigned int frame = 0; frame < 8; ++frame) {
+    auto points = wallOf(false, 1);
+    for (int i = 0; i < 40 && frame != 6; ++i)
+      for (int j = 0; j < 40; ++j)
+        points.push_back(
+            {300.0f, 0.05f * static_cast<float>(i), 0.05f * static_cast<float>(j)});
+    std::vector<std::uint8_t> bytes;
+    EXPECT_TRUE(encoder.encode(viewOf(points), {}, bytes).ok());
+    far_voxels.push_back(0);
+    forEachVoxelCentre(encoder.frame(), [&](float x, float, float, float) {
+      far_voxels.back() += x > 200.0f ? 1 : 0;
+    });
+  }
+  EXPECT_GT(far_voxels[5], 100u);
+  EXPECT_EQ(far_voxels[6], far_voxels[5]);
+  EXPECT_EQ(far_voxels[7], far_voxels[5]);
 }
 
 template <typename ExceptionT>
@@ -357,10 +340,8 @@ private:
 
 TEST(CloudEncoder, PassesOnWhatBatchesThrowButForMemory)
 {
-  const std::array<float, 3> point{0.1f, 0.2f, 3.0f};
-  PointView view;
-  view.coordinates = point.data();
-  view.count = 1;
+  const std::vector<std::array<float, 3>> points{{0.1f, 0.2f, 3.0f}};
+  const PointView view = viewOf(points);
   CloudEncoder encoder(EncoderSettings(), IntensityUnit::None);
   std::vector<std::uint8_t> bytes;
   const auto expectIFrame = [&](bool is_i_frame) {
@@ -408,8 +389,16 @@ TEST(CloudEncoder, ViewsWithoutCoordinatesOrStridesAreRefused)
 
 TEST(CloudEncoder, FramesHaveADepthModelInVersion1Only)
 {
-  EXPECT_TRUE(voxelizeOnePoint(StreamFormat::Version1).depth_model.has_value());
-  EXPECT_FALSE(voxelizeOnePoint(StreamFormat::Published).depth_model.has_value());
+  const std::vector<std::array<float, 3>> point{{0.1f, 0.2f, 3.0f}};
+  for (const StreamFormat format : {StreamFormat::Version1, StreamFormat::Published}) {
+    EncoderSettings settings;
+    settings.format = format;
+    CloudEncoder encoder(settings, IntensityUnit::Share, DepthLaw{2, 10.0, 255.0});
+    VoxelFrame frame;
+    EXPECT_TRUE(
+        encoder.voxelize(viewOf(point), pcl_ext::WorldPose::Identity(), frame).ok());
+    EXPECT_EQ(frame.depth_model.has_value(), format == StreamFormat::Version1);
+  }
 }
 
 } // namespace

@@ -111,6 +111,12 @@ TEST_F(CoordinateSteps, AreNotUsedUnlessToldNorForShares)
   encoder_.reset();
   encode(0.001);
   EXPECT_EQ(frame().grid.resolution, 1e-4);
+  // Nor are those of the resolution with an origin.
+  settings_.resolution = 0.001;
+  settings_.origin = {0.0, 0.0, 1.0};
+  encoder_.reset();
+  encode(0.001);
+  EXPECT_EQ(frame().grid.origin, *settings_.origin);
 }
 
 TEST_F(CoordinateSteps, OfTheResolutionAreTheCentresWithoutBeingToldSo)
@@ -130,14 +136,6 @@ TEST_F(CoordinateSteps, OfTheResolutionAreTheCentresWithoutBeingToldSo)
     EXPECT_EQ(frame().grid.origin, VoxelGrid().origin);
     EXPECT_TRUE(is_i_frame());
   }
-}
-
-TEST_F(CoordinateSteps, OfTheResolutionAreNotUsedWithAnOrigin)
-{
-  settings_.resolution = 0.001;
-  settings_.origin = {0.0, 0.0, 1.0};
-  encode(0.001);
-  EXPECT_EQ(frame().grid.origin, *settings_.origin);
 }
 
 TEST_F(CoordinateSteps, MayBeFarFromTheOrigin)
@@ -163,14 +161,12 @@ TEST_F(CoordinateSteps, MayBeFarFromTheOrigin)
 
 TEST_F(CoordinateSteps, OfDoublesAreFound)
 {
-  const std::array<double, 6> points{0.001, -2.5, 3.017, 0.002, 1.25, -0.009};
-  PointView view;
-  view.double_coordinates = points.data();
-  view.coordinate_stride = 3 * sizeof(double);
-  view.count = 2;
+  const std::vector<std::array<double, 3>> points{{0.001, -2.5, 3.017},
+                                                  {0.002, 1.25, -0.009}};
   CloudEncoder encoder(settings_, IntensityUnit::None);
   VoxelFrame voxels;
-  EXPECT_TRUE(encoder.voxelize(view, pcl_ext::WorldPose::Identity(), voxels).ok());
+  EXPECT_TRUE(
+      encoder.voxelize(viewOf(points), pcl_ext::WorldPose::Identity(), voxels).ok());
   EXPECT_EQ(voxels.grid.resolution, 0.001);
   EXPECT_EQ(voxels.size(), 2u);
 }

@@ -2,8 +2,11 @@
 #include "codec/frame_limits.h"
 #include "support/forged_frames.h"
 #include "support/payload_frames.h"
+#include "support/scan_frames.h"
 #include "support/scripted_context_payloads.h"
+#include "support/supplement_frames.h"
 #include "support/test_memory.h"
+#include "support/text_parts.h"
 #include "support/voxel_frames.h"
 #include "voxels/voxel_block.h"
 
@@ -12,12 +15,14 @@
 #include <algorithm>
 #include <random>
 #include <sstream>
+#include <string>
 #include <vector>
 
 namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using pcl_ext::test::hasPart;
 using pcl_ext::test::MemoryUse;
 
 TEST(DecoderLimits, AreReachedExactly)
@@ -53,6 +58,54 @@ TEST(DecoderLimits, AreReachedExactly)
       limits.max_frame_bytes = bytes;
       EXPECT_NE(code(limits, i_frame), CompressionCode::Ok);
     }
+  }
+}
+
+/** \brief A frame, and the least limit that takes it. */
+struct LimitedFrame {
+  std::string counted;
+  Bytes bytes;
+  std::size_t DecoderLimits::*limit;
+  std::size_t least;
+};
+
+TEST(DecoderLimits, OfPointsAndValuesAreReachedExactly)
+{
+  std::mt19937_64 random(3);
+  VoxelFrame points = randomFrame(random, 4, 10);
+  points.has_point_counts = true;
+  points.point_counts.assign(points.size(), 2000000);
+  VoxelFrame fields = randomFrame(random, 4, 10);
+  addFields(random, fields);
+  scan::ScanFrame scan = makeCamera();
+  addPoints(scan, 1);
+  FrameEncoder encoder(StreamFormat::Version1, 1);
+  const LimitedFrame frames[] = {{"points",
+                                  encoded(encoder, points),
+                                  &DecoderLimits::max_points,
+                                  points.pointCount()},
+                                 {"points in order",
+                                  encoded(encoder, scan),
+                                  &DecoderLimits::max_voxels,
+                                  scan.pixels.size()},
+                                 {"values of fields",
+                                  encoded(encoder, fields),
+                                  &DecoderLimits::max_field_values,
+                                  fields.fieldValueCount()}};
+  for (const auto& [counted, bytes, limit, least] : frames) {
+    SCOPED_TRACE(counted);
+    DecoderLimits limits;
+    limits.*limit = least;
+    VoxelFrame back;
+    EXPECT_TRUE(FrameDecoder(limits).decode(bytes.data(), bytes.size(), back).ok());
+    --(limits.*limit);
+    const CompressionStatus status =
+        FrameDecoder(limits).decode(bytes.data(), bytes.size(), back);
+    EXPECT_EQ(status.code(), CompressionCode::LimitExceeded);
+    EXPECT_TRUE(hasPart(status.message(),
+                        std::to_string(least) + ' ' + counted +
+                            " exceed the limit of " + std::to_string(least - 1)));
+    EXPECT_EQ(back.pointCount() + back.fieldValueCount(), 0u);
   }
 }
 
@@ -102,7 +155,7 @@ TEST(DecoderLimits, MemoryStaysWithinTheDocumentedLimit)
       else
         frame = randomFrame(random, depth, limits.max_voxels);
       std::vector<Bytes> stream;
-      for (int i = 0; i < 8; ++i) {
+      for (int i = 0; i < 5; ++i) {
         stream.push_back(encoded(encoder, frame));
         if (depth != 5)
           walk(random, static_cast<unsigned int>(limits.max_voxels / 50), frame);

@@ -125,17 +125,6 @@ TEST(ForgedStreams, CompandedScalesAreOneNumberWiderThanTheirLevels)
   }
 }
 
-TEST(ForgedStreams, EmptyFramesWithAPayload)
-{
-  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  Parts parts = takeApart(encoded(encoder, emptyFrame(4)));
-  EXPECT_TRUE(parts.payload.empty());
-  for (const Bytes& payload : {Bytes{0}, Bytes{1}, Bytes(30, 0)}) {
-    parts.payload = payload;
-    expectRefused(putTogetherSized(parts), small_allocation, DecoderLimits());
-  }
-}
-
 TEST(ForgedStreams, PFramesThatContradictTheirReference)
 {
   std::mt19937_64 random(4);
@@ -187,24 +176,6 @@ TEST(ForgedStreams, PFramesThatContradictTheirReference)
     parts.header.voxel_count += static_cast<std::uint64_t>(std::int64_t{change});
     EXPECT_EQ(code(parts), CompressionCode::Corrupt);
   }
-}
-
-TEST(ForgedStreams, UnknownFlags)
-{
-  std::mt19937_64 random(5);
-  FrameEncoder encoder(StreamFormat::Version1, 10, Effort::Balanced);
-  const Bytes good = encoded(encoder, randomFrame(random, 4, 30));
-  for (const unsigned int bits : {3u, 7u, 11u, 15u}) { // no effort has the number 3
-    Bytes bytes = good;
-    bytes[flags_offset] =
-        static_cast<std::uint8_t>((bytes[flags_offset] & 15u) | bits << 4);
-    FrameDecoder decoder;
-    VoxelFrame back;
-    EXPECT_EQ(decoded(decoder, withChecksum(bytes), back), CompressionCode::Corrupt);
-  }
-  FrameDecoder decoder;
-  VoxelFrame back;
-  EXPECT_EQ(decoded(decoder, withChecksum(good), back), CompressionCode::Ok);
 }
 
 template <typename NumberT>

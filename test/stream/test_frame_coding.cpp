@@ -2,7 +2,9 @@
 #include <pcl_ext/compression/frame_decoder.h>
 
 #include "stream/frame_encoder.h"
+#include "support/supplement_frames.h"
 #include "support/voxel_frames.h"
+#include "support/voxel_streams.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +15,6 @@
 #include <limits>
 #include <random>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ namespace {
 
 using namespace pcl_ext::io;
 using namespace pcl_ext::io::test;
+using Change = std::function<void(VoxelFrame&)>;
 
 /** \brief A decoder's grid counts from its lower corner in the published layout. */
 void
@@ -33,76 +35,7 @@ expectSamePlaces(const VoxelFrame& frame, const VoxelFrame& expected)
     EXPECT_NEAR(frame.grid.centre(axis, 3), expected.grid.centre(axis, 3), 1e-9);
 }
 
-void
-expectSizesAddUp(const CodedFrameStatistics& statistics,
-                 const VoxelFrame& frame,
-                 std::size_t size)
-{
-  EXPECT_EQ(statistics.voxels, frame.size());
-  EXPECT_EQ(statistics.bytes, size);
-  EXPECT_EQ(statistics.header_bytes + statistics.occupancy_bytes +
-                statistics.intensity_bytes,
-            size);
-}
-
-/** \brief Walks of few and many voxels with empty frames and grid changes in between.
- */
-std::vector<VoxelFrame>
-walks(std::uint64_t seed, unsigned int bits)
-{
-  std::mt19937_64 random(seed);
-  std::vector<VoxelFrame> frames;
-  for (const unsigned int depth : {1u, 3u, 8u, max_grid_depth}) {
-    const std::size_t most = std::size_t{1} << std::min(3 * depth - 1, 11u);
-    VoxelFrame frame = randomFrame(random, depth, most, bits);
-    for (unsigned int step = 0; step < 5; ++step) {
-      frames.push_back(frame);
-      walk(random, static_cast<unsigned int>(most / 5 + 1), frame);
-    }
-    frames.push_back(emptyFrame(depth, bits));
-    frames.push_back(emptyFrame(depth, bits));
-    frames.push_back(frame);
-  }
-  return frames;
-}
-
-TEST(FrameCoding, WalksComeBack)
-{
-  for (const StreamFormat format : all_formats)
-    for (unsigned int bits = 1; bits <= 16; ++bits) {
-      if (format == StreamFormat::Published && bits != 8)
-        continue;
-      FrameEncoder encoder(format, 4, Effort::Balanced);
-      FrameDecoder decoder;
-      FrameDecoder stream_decoder;
-      std::stringbuf stream(std::ios::in | std::ios::out | std::ios::binary);
-      VoxelFrame back;
-      for (const VoxelFrame& frame : walks(bits, bits)) {
-        const Bytes bytes = encoded(encoder, frame);
-        expectSizesAddUp(encoder.statistics(), frame, bytes.size());
-        ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok);
-        expectSamePlaces(back, frame);
-        expectSizesAddUp(decoder.statistics(), frame, bytes.size());
-        EXPECT_EQ(decoder.statistics().is_i_frame, encoder.statistics().is_i_frame);
-        EXPECT_EQ(decoder.statistics().frame_number, encoder.statistics().frame_number);
-        EXPECT_EQ(decoder.statistics().header_bytes, encoder.statistics().header_bytes);
-        EXPECT_EQ(decoder.statistics().skipped_bytes, 0u);
-        if (format == StreamFormat::Version1) {
-          EXPECT_TRUE(back.grid == frame.grid);
-        }
-        stream.sputn(reinterpret_cast<const char*>(bytes.data()),
-                     static_cast<std::streamsize>(bytes.size()));
-      }
-      for (const VoxelFrame& frame : walks(bits, bits)) { // several frames in a stream
-        ASSERT_TRUE(stream_decoder.decode(stream, back).ok());
-        expectSamePlaces(back, frame);
-      }
-      EXPECT_EQ(stream_decoder.decode(stream, back).code(),
-                CompressionCode::EndOfStream);
-    }
-}
-
-TEST(FrameCoding, IFramesComeEveryNthFrame)
+TEST(FrameCoding, IFramesComeEveryNthFrameAndOnRequest)
 {
   std::mt19937_64 random(2);
   const VoxelFrame frame = randomFrame(random, 4, 20);
@@ -110,37 +43,23 @@ TEST(FrameCoding, IFramesComeEveryNthFrame)
     for (const unsigned int rate : {0u, 1u, 2u, 3u, 7u, 4000000000u}) {
       FrameEncoder encoder(format, rate, Effort::Balanced);
       const unsigned int period = std::max(rate, 1u);
+      unsigned int begin = 0; // of the period, which a request begins anew
       for (unsigned int number = 0; number < 22; ++number) {
-        EXPECT_EQ(encoder.isIFrameDue(), number % period == 0);
+        if (number == 11) {
+          encoder.requestIFrame();
+          begin = number;
+        }
+        const bool is_i_frame = (number - begin) % period == 0;
+        EXPECT_EQ(encoder.isIFrameDue(), is_i_frame);
         encoded(encoder, frame);
-        EXPECT_EQ(encoder.statistics().is_i_frame, number % period == 0);
+        EXPECT_EQ(encoder.statistics().is_i_frame, is_i_frame);
         EXPECT_EQ(encoder.statistics().frame_number, number + 1);
       }
     }
 }
 
-TEST(FrameCoding, ARequestMakesAnIFrameAndThePeriodBeginsAnew)
-{
-  std::mt19937_64 random(3);
-  const VoxelFrame frame = randomFrame(random, 4, 20);
-  for (const StreamFormat format : all_formats) {
-    FrameEncoder encoder(format, 5, Effort::Balanced);
-    std::string kinds;
-    for (int i = 0; i < 9; ++i) {
-      if (i == 2) {
-        encoder.requestIFrame();
-        EXPECT_TRUE(encoder.isIFrameDue());
-      }
-      encoded(encoder, frame);
-      kinds += encoder.statistics().is_i_frame ? 'I' : 'P';
-    }
-    EXPECT_EQ(kinds, "IPIPPPPIP");
-  }
-}
-
 TEST(FrameCoding, AnotherGridOrScaleMakesAnIFrame)
 {
-  using Change = std::function<void(VoxelFrame&)>;
   const std::vector<Change> grids = {
       [](VoxelFrame& frame) { frame.grid.first_index[1] += 1; },
       [](VoxelFrame& frame) { frame.grid.resolution *= 1.5; },
@@ -180,50 +99,57 @@ TEST(FrameCoding, AnotherGridOrScaleMakesAnIFrame)
 
 TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
 {
+  constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Change> of_voxels = {
+      [](VoxelFrame& f) { std::swap(f.keys[3], f.keys[4]); },
+      [](VoxelFrame& f) { f.keys[4] = f.keys[3]; },
+      [](VoxelFrame& f) { f.keys.back() = 1u << 12; },
+      [](VoxelFrame& f) {
+        f.intensity_scale.bits = 4;
+        f.intensities[5] = 16;
+      },
+      [](VoxelFrame& f) { f.intensities.pop_back(); },
+      [](VoxelFrame& f) { f.keys.clear(); }};
+  const std::vector<Change> of_all = {
+      [](VoxelFrame& f) { f.grid.depth = 0; },
+      [](VoxelFrame& f) { f.grid.depth = 22; },
+      [](VoxelFrame& f) { f.grid.resolution = 0.0; },
+      [=](VoxelFrame& f) { f.grid.resolution = not_a_number; },
+      [=](VoxelFrame& f) { f.grid.origin[2] = not_a_number; },
+      [](VoxelFrame& f) { f.intensity_scale.step = 0.0f; },
+      [=](VoxelFrame& f) {
+        f.intensity_scale.offset = static_cast<float>(not_a_number);
+      },
+      [](VoxelFrame& f) { f.intensity_scale.bits = 17; },
+      [](VoxelFrame& f) { f.intensity_scale.companded_range = 255; },
+      [](VoxelFrame& f) { f.intensity_scale.companded_range = 65536; },
+      [](VoxelFrame& f) {
+        f.intensity_scale = {0.0f, 1.0f, 16, 65535};
+      }};
+  const std::vector<Change> of_version1 = {
+      [](VoxelFrame& f) { f.grid.first_index[0] = (1 << 20) - 15; },
+      [](VoxelFrame& f) { f.grid.first_index[2] = -(1 << 20) - 1; },
+      [](VoxelFrame& f) { f.grid.origin[0] = 1e13; }};
+  const std::vector<Change> of_published = {
+      [](VoxelFrame& f) { f.intensity_scale.bits = 16; },
+      [](VoxelFrame& f) { f.intensity_scale.step = 2.0f; },
+      [](VoxelFrame& f) { f.intensity_scale.companded_range = 256; }};
   std::mt19937_64 random(12);
-  const float not_a_number = std::numeric_limits<float>::quiet_NaN();
   for (const StreamFormat format : all_formats) {
     const VoxelFrame good = randomFrame(random, 4, 30);
-    std::vector<VoxelFrame> bad(17, good);
-    std::swap(bad[0].keys[3], bad[0].keys[4]);
-    bad[1].keys[4] = bad[1].keys[3];
-    bad[2].keys.back() = 1u << 12;
-    bad[3].intensity_scale.bits = 4;
-    bad[3].intensities[5] = 16;
-    bad[4].intensities.pop_back();
-    bad[5].keys.clear();
-    bad[6].grid.depth = 0;
-    bad[7].grid.depth = 22;
-    bad[8].grid.resolution = 0.0;
-    bad[9].grid.resolution = double{not_a_number};
-    bad[10].intensity_scale.step = 0.0f;
-    bad[11].intensity_scale.offset = not_a_number;
-    bad[12].intensity_scale.bits = 17;
-    bad[13].grid.origin[2] = double{not_a_number};
-    bad[14].intensity_scale.companded_range = 255;
-    bad[15].intensity_scale.companded_range = 65536;
-    bad[16].intensity_scale = {0.0f, 1.0f, 16, 65535};
-    if (format == StreamFormat::Version1) {
-      bad.resize(20, good);
-      bad[17].grid.first_index[0] = (1 << 20) - 15;
-      bad[18].grid.first_index[2] = -(1 << 20) - 1;
-      bad[19].grid.origin[0] = 1e13;
-    }
-    else {
-      bad.resize(20, good);
-      bad[17].intensity_scale.bits = 16;
-      bad[18].intensity_scale.step = 2.0f;
-      bad[19].intensity_scale.companded_range = 256;
-    }
-    for (const unsigned int bits : {9u, 255u, 264u}) { // 264 is 8 in a byte
-      bad.push_back(good);
-      bad.back().colour_bits = bits;
-      bad.back().colours.resize(good.size());
-    }
-    constexpr std::size_t of_voxels = 6; // what is wrong with the first ones
-    for (std::size_t i = of_voxels, count = bad.size(); i < count; ++i) {
-      bad.push_back(bad[i]);
-      bad.back().clearVoxels();
+    std::vector<VoxelFrame> bad;
+    const auto add = [&](const std::vector<Change>& changes, bool has_voxels) {
+      for (const Change& change : changes) {
+        bad.push_back(good);
+        change(bad.back());
+        if (!has_voxels)
+          bad.back().clearVoxels();
+      }
+    };
+    add(of_voxels, true);
+    for (const bool has_voxels : {true, false}) {
+      add(of_all, has_voxels);
+      add(format == StreamFormat::Version1 ? of_version1 : of_published, has_voxels);
     }
     FrameEncoder encoder(format, 10, Effort::Balanced);
     FrameDecoder decoder;
@@ -244,6 +170,51 @@ TEST(FrameCoding, InvalidFramesAreRefusedAndTheStreamGoesOn)
         1, std::string(format == StreamFormat::Version1 ? 1025 : 1, 'x')};
     EXPECT_EQ(encoder.encode(good, stamp, bytes).code(), CompressionCode::InvalidInput);
   }
+}
+
+TEST(FrameCoding, FramesOfInconsistentContentsAreRefused)
+{
+  std::mt19937_64 random(7);
+  VoxelFrame good = randomFrame(random, 4, 10);
+  addColours(random, 4, good);
+  addPointCounts(random, good);
+  addFields(random, good);
+  const std::vector<Change> changes = {
+      [](VoxelFrame& f) { f.colours.pop_back(); },
+      [](VoxelFrame& f) { f.colours[3].g = 16; },
+      [](VoxelFrame& f) { f.colour_bits = 0; },
+      [](VoxelFrame& f) { f.colour_bits = 9; },
+      [](VoxelFrame& f) { f.colour_bits = 255; },
+      [](VoxelFrame& f) { f.colour_bits = 264; }, // 8 in a byte
+      [](VoxelFrame& f) { f.point_counts[0] = 0; },
+      [](VoxelFrame& f) { f.point_counts.clear(); },
+      [](VoxelFrame& f) { f.intensity_scale.bits = 0; },
+      [](VoxelFrame& f) { f.intensities.clear(); },
+      [](VoxelFrame& f) { f.fields[0].numbers.pop_back(); },
+      [](VoxelFrame& f) { f.fields[0].name.clear(); },
+      [](VoxelFrame& f) { f.fields[0].name.assign(65, 'a'); },
+      [](VoxelFrame& f) { f.fields[0].type = FieldType(9); },
+      [](VoxelFrame& f) { f.fields[0].step = -1.0; },
+      [](VoxelFrame& f) { f.viewpoint[1] = (1 << 22) + 1; },
+      [](VoxelFrame& f) { f.fields.resize(65, f.fields[0]); },
+      [](VoxelFrame& f) {
+        removeIntensities(f);
+        f.depth_model = roomDepthModel(4, 8);
+      }};
+  FrameEncoder encoder(StreamFormat::Version1, 30);
+  encoded(encoder, good);
+  Bytes bytes;
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    VoxelFrame frame = good;
+    changes[i](frame);
+    EXPECT_FALSE(isConsistent(frame)) << i;
+    EXPECT_EQ(encoder.encode(frame, std::nullopt, bytes).code(),
+              CompressionCode::InvalidInput)
+        << i;
+  }
+  FrameEncoder published(StreamFormat::Published, 30);
+  EXPECT_EQ(published.encode(good, std::nullopt, bytes).code(),
+            CompressionCode::InvalidInput);
 }
 
 /** \brief Random frames with fields of all kinds of numbers. */
@@ -345,25 +316,6 @@ TEST(FieldsOfFrames, OthersTakeAnIFrame)
   frame.fields.pop_back();
   EXPECT_TRUE(is_i_frame());
   EXPECT_FALSE(is_i_frame());
-}
-
-TEST(FieldsOfFrames, InconsistentOnesAreRefused)
-{
-  std::mt19937_64 random(7);
-  const VoxelFrame valid = frameWithFields(random, true);
-  const auto is_consistent = [&](auto change) {
-    VoxelFrame frame = valid;
-    change(frame);
-    return isConsistent(frame);
-  };
-  EXPECT_TRUE(is_consistent([](VoxelFrame&) {}));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields[0].numbers.pop_back(); }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields[0].name.clear(); }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields[0].name.assign(65, 'a'); }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields[0].type = FieldType(9); }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields[0].step = -1.0; }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.viewpoint[1] = (1 << 22) + 1; }));
-  EXPECT_FALSE(is_consistent([](VoxelFrame& f) { f.fields.resize(65, f.fields[0]); }));
 }
 
 } // namespace

@@ -39,6 +39,18 @@ received(FrameDecoder& decoder, const EncodedFrames& stream, std::size_t index)
   return code;
 }
 
+/** \brief Expects a code for each frame from the first one on and before the end. */
+void
+expectReceived(FrameDecoder& decoder,
+               const EncodedFrames& stream,
+               std::size_t first,
+               std::size_t end,
+               CompressionCode code = CompressionCode::Ok)
+{
+  for (std::size_t i = first; i < end; ++i)
+    ASSERT_EQ(received(decoder, stream, i), code) << i;
+}
+
 class FrameOrders : public testing::TestWithParam<StreamFormat> {};
 
 INSTANTIATE_TEST_SUITE_P(BothFormats,
@@ -68,36 +80,26 @@ TEST_P(FrameOrders, SomeCopiesInARowCostNothing)
 {
   const EncodedFrames stream = sent(GetParam(), 60, 10);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 40; ++i)
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+  expectReceived(decoder, stream, 0, 40);
   // An I-frame among them.
-  for (std::size_t i = 25; i < 33; ++i)
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::OldFrame);
-  for (std::size_t i = 40; i < 60; ++i)
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
+  expectReceived(decoder, stream, 25, 33, CompressionCode::OldFrame);
+  expectReceived(decoder, stream, 40, 60);
 }
 
 TEST_P(FrameOrders, ASenderThatBeginsAgainIsFollowedAtOnce)
 {
-  const EncodedFrames first = sent(GetParam(), 50, 10);
-  const EncodedFrames second = sent(GetParam(), 50, 10, 2);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, second, i), CompressionCode::Ok) << i;
+  expectReceived(decoder, sent(GetParam(), 50, 10), 0, 50);
+  expectReceived(decoder, sent(GetParam(), 50, 10, 2), 0, 50);
 }
 
 TEST_P(FrameOrders, ASenderThatSendsTheSameAgainIsFollowedBehindManyCopies)
 {
   const EncodedFrames stream = sent(GetParam(), 50, 10);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok);
-  for (std::size_t i = 0; i < 50; ++i)
-    ASSERT_EQ(received(decoder, stream, i),
-              i < 30 ? CompressionCode::OldFrame : CompressionCode::Ok)
-        << i;
+  expectReceived(decoder, stream, 0, 50);
+  expectReceived(decoder, stream, 0, 30, CompressionCode::OldFrame);
+  expectReceived(decoder, stream, 30, 50);
 }
 
 TEST_P(FrameOrders, AFileIsReadAgainAndAgain)
@@ -141,15 +143,11 @@ TEST(FrameOrder, ASenderWhoseFirstFrameIsLostIsFollowedFromALaterIFrame)
 {
   // From the third frame of I-frames alone, or from the second I-frame.
   for (const auto& [rate, followed_from] : {std::pair(1u, 3u), std::pair(10u, 10u)}) {
-    const EncodedFrames first = sent(StreamFormat::Version1, 50, rate);
     const EncodedFrames second = sent(StreamFormat::Version1, 30, rate, 2);
     FrameDecoder decoder;
-    for (std::size_t i = 0; i < 50; ++i)
-      ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
-    for (std::size_t i = 1; i < 30; ++i)
-      ASSERT_EQ(received(decoder, second, i),
-                i < followed_from ? CompressionCode::OldFrame : CompressionCode::Ok)
-          << i;
+    expectReceived(decoder, sent(StreamFormat::Version1, 50, rate), 0, 50);
+    expectReceived(decoder, second, 1, followed_from, CompressionCode::OldFrame);
+    expectReceived(decoder, second, followed_from, 30);
   }
 }
 
@@ -157,16 +155,10 @@ TEST(FrameOrder, AnEncoderThatGoesOnWithTheNumbersIsFollowedAtOnce)
 {
   // Also if its clouds are those of the frames before, and after numbers that are
   // missing.
-  const EncodedFrames first = sent(StreamFormat::Version1, 30, 10);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 30; ++i)
-    ASSERT_EQ(received(decoder, first, i), CompressionCode::Ok);
-  for (const std::uint32_t number : {31u, 65u}) {
-    const EncodedFrames next = sent(StreamFormat::Version1, 30, 10, 1, number);
-    for (std::size_t i = 0; i < 30; ++i) {
-      ASSERT_EQ(received(decoder, next, i), CompressionCode::Ok) << i;
-      EXPECT_EQ(decoder.statistics().frame_number, number + i);
-    }
+  for (const std::uint32_t number : {1u, 31u, 65u}) {
+    expectReceived(decoder, sent(StreamFormat::Version1, 30, 10, 1, number), 0, 30);
+    EXPECT_EQ(decoder.statistics().frame_number, number + 29);
   }
 }
 
@@ -197,14 +189,10 @@ TEST(FrameOrder, OvertakenIFramesAreDropped)
   // Frame 11 comes after frame 23: decoding it would cost the frames up to 31.
   const EncodedFrames stream = sent(StreamFormat::Version1, 40, 10);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 40; ++i) {
-    if (i >= 10 && i < 20)
-      continue;
-    ASSERT_EQ(received(decoder, stream, i), CompressionCode::Ok) << i;
-    if (i == 22) {
-      ASSERT_EQ(received(decoder, stream, 10), CompressionCode::OldFrame);
-    }
-  }
+  expectReceived(decoder, stream, 0, 10);
+  expectReceived(decoder, stream, 20, 23);
+  expectReceived(decoder, stream, 10, 11, CompressionCode::OldFrame);
+  expectReceived(decoder, stream, 23, 40);
 }
 
 TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
@@ -212,11 +200,10 @@ TEST(FrameOrder, OfTwoStreamsTheOneWithHigherNumbersIsKept)
   const EncodedFrames high = sent(StreamFormat::Version1, 60, 5);
   const EncodedFrames low = sent(StreamFormat::Version1, 60, 5, 2);
   FrameDecoder decoder;
-  for (std::size_t i = 0; i < 30; ++i)
-    ASSERT_EQ(received(decoder, high, i), CompressionCode::Ok);
+  expectReceived(decoder, high, 0, 30);
   for (std::size_t i = 30; i < 60; ++i) {
-    ASSERT_EQ(received(decoder, high, i), CompressionCode::Ok) << i;
-    ASSERT_EQ(received(decoder, low, i - 28), CompressionCode::OldFrame) << i;
+    expectReceived(decoder, high, i, i + 1);
+    expectReceived(decoder, low, i - 28, i - 27, CompressionCode::OldFrame);
   }
 }
 

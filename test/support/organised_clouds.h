@@ -89,7 +89,7 @@ viewOf(const OrganisedCloud& cloud)
 }
 
 inline EncoderSettings
-fineSettings(Effort effort)
+fineSettings(Effort effort = Effort::Fast)
 {
   EncoderSettings settings;
   settings.resolution = 0.001;

@@ -53,22 +53,14 @@ TEST(MemoryRule, OneFrameOfEightKeepsTheMemory)
 
 TEST(MemoryRule, NothingBelowTheFloorIsReleased)
 {
-  MemoryRule rule(large);
-  std::vector<std::size_t> frames(30, 0);
-  frames.front() = large;
-  EXPECT_EQ(answersOf(rule, frames), kept(30));
-  frames.front() = large + 1;
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(21));
-}
-
-TEST(MemoryRule, TheDefaultFloorIs64KiB)
-{
-  MemoryRule rule;
-  std::vector<std::size_t> frames(20, 0);
-  frames.front() = 65536;
-  EXPECT_EQ(answersOf(rule, frames), kept(20));
-  frames.front() = 65537;
-  EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(11));
+  for (const bool is_default : {false, true}) {
+    MemoryRule rule = is_default ? MemoryRule() : MemoryRule(large);
+    std::vector<std::size_t> frames(30, 0);
+    frames.front() = is_default ? 65536 : large;
+    EXPECT_EQ(answersOf(rule, frames), kept(30));
+    ++frames.front();
+    EXPECT_EQ(answersOf(rule, frames), kept(8) + "r" + kept(21));
+  }
 }
 
 TEST(MemoryRule, TheLargestNumbersDoNotOverflow)

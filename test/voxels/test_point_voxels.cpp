@@ -63,6 +63,23 @@ pointsOfVoxels(const VoxelFrame& frame)
   return voxels;
 }
 
+/** \brief A row of points in a grid, without voxels. */
+VoxelFrame
+rowOfPoints(std::mt19937_64& random, const VoxelGrid& grid, std::uint32_t count)
+{
+  VoxelFrame frame;
+  frame.grid = grid;
+  frame.has_point_counts = true;
+  frame.points.width = count;
+  frame.points.height = 1;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    frame.points.indices.push_back(i);
+    frame.points.positions.push_back(positionWithin(grid, random));
+  }
+  setValues(random, false, frame);
+  return frame;
+}
+
 template <typename ValueOfT>
 std::uint64_t
 roundedMean(const std::vector<std::size_t>& points, const ValueOfT& value_of)
@@ -156,17 +173,8 @@ TEST(PointVoxels, AreOnTheGridWhereverItIs)
 {
   std::mt19937_64 random(2);
   for (const unsigned int depth : {1u, 6u, 12u, 21u}) {
-    VoxelFrame points = emptyFrame(depth);
-    points.grid.origin = {1234.5, -0.25, 98765.0};
-    points.grid.first_index = {-3, 70000, -1};
-    points.has_point_counts = true;
-    points.points.width = 500;
-    points.points.height = 1;
-    for (std::uint32_t i = 0; i < 500; ++i) {
-      points.points.indices.push_back(i);
-      points.points.positions.push_back(positionWithin(points.grid, random));
-    }
-    setValues(random, false, points);
+    const VoxelFrame points = rowOfPoints(
+        random, {0.04, {1234.5, -0.25, 98765.0}, {-3, 70000, -1}, depth}, 500);
     VoxelFrame frame = points;
     setVoxels(frame);
     EXPECT_TRUE(isConsistent(frame));
@@ -340,15 +348,8 @@ TEST(PointVoxels, CloudsAreTheSameWithAndWithoutVoxels)
 TEST(PointVoxels, FarFromTheOriginCoordinatesAreDoubles)
 {
   std::mt19937_64 random(6);
-  VoxelFrame frame = emptyFrame(3, 0);
-  frame.grid.origin = {5e6, 0.0, 0.0};
-  frame.has_point_counts = true;
-  frame.points.width = 20;
-  frame.points.height = 1;
-  for (std::uint32_t i = 0; i < 20; ++i) {
-    frame.points.indices.push_back(i);
-    frame.points.positions.push_back(positionWithin(frame.grid, random));
-  }
+  const VoxelFrame frame =
+      rowOfPoints(random, {0.04, {5e6, 0.0, 0.0}, {-4, -4, -4}, 3}, 20);
   ASSERT_TRUE(frame.grid.needsDoubles());
   const auto cloud = cloudOf<double>(frame);
   for (std::size_t i = 0; i < 20; ++i)

@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <random>
 #include <set>
+#include <string>
 #include <vector>
 
 namespace {
@@ -134,65 +135,50 @@ randomFrame(std::uint64_t seed, unsigned int depth, std::size_t voxels)
         static_cast<std::int32_t>(random() % 2000000) - 1000000;
     frame.grid.origin[axis] = static_cast<double>(uniform(random, -3.0, 3.0));
   }
-  frame.intensity_scale = {uniform(random, -10.0, 10.0), uniform(random, 0.1, 2.0), 16};
   frame.keys.assign(keys.begin(), keys.end());
   for (std::size_t i = 0; i < frame.keys.size(); ++i)
     frame.intensities.push_back(static_cast<std::uint16_t>(random()));
   return frame;
 }
 
+/** \brief Expects the centres of a random frame, to the last bit. */
 void
-expectCentres(const VoxelFrame& frame)
+expectCentres(unsigned int depth, std::size_t voxels, const IntensityScale& scale)
 {
+  SCOPED_TRACE(std::to_string(depth) + ", " + std::to_string(voxels) + ", " +
+               std::to_string(scale.bits));
+  VoxelFrame frame = randomFrame(depth * 1000 + voxels, depth, voxels);
+  frame.intensity_scale = scale;
+  for (std::uint16_t& symbol : frame.intensities)
+    symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
+  if (!frame.hasIntensities())
+    frame.intensities.clear();
+  ASSERT_TRUE(isConsistent(frame));
   std::size_t next = 0;
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
     ASSERT_LT(next, frame.size());
-    // To the last bit.
     ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next));
-    ASSERT_EQ(intensity, frame.intensity_scale.value(frame.intensities[next]));
+    ASSERT_EQ(intensity,
+              frame.hasIntensities() ? scale.value(frame.intensities[next]) : 0.0f);
     ++next;
   });
   EXPECT_EQ(next, frame.size());
 }
 
+// Frames with at least three voxels for each position along an axis are looked up in
+// tables, in grids of up to nine levels.
 TEST(VoxelCentres, AreThoseOfTheGridAndTheScale)
 {
   for (unsigned int depth = 1; depth <= max_grid_depth; ++depth)
     for (const std::size_t voxels : {0u, 1u, 61u, 62u, 63u, 64u, 500u})
-      expectCentres(randomFrame(depth * 1000 + voxels, depth, voxels));
-}
-
-// Frames with at least three voxels for each position along an axis are looked up in
-// tables, in grids of up to nine levels.
-TEST(VoxelCentres, AreTheSameByTables)
-{
+      expectCentres(depth, voxels, {-7.25f, 0.3f, 16});
   for (unsigned int depth = 1; depth <= 11; ++depth)
-    for (const unsigned int bits : {1u, 6u, 8u, 9u})
-      for (const std::size_t voxels : {100u, 7000u}) {
-        VoxelFrame frame = randomFrame(depth * 100 + bits, depth, voxels);
-        frame.intensity_scale.bits = bits;
-        for (std::uint16_t& symbol : frame.intensities)
-          symbol &= static_cast<std::uint16_t>(frame.intensity_scale.maxSymbol());
-        ASSERT_TRUE(isConsistent(frame));
-        expectCentres(frame);
-      }
+    for (const unsigned int bits : {0u, 1u, 6u, 8u, 9u})
+      for (const std::size_t voxels : {100u, 7000u})
+        expectCentres(depth, voxels, {9.7f, 1.3f, bits});
 }
 
-TEST(VoxelCentres, HaveNoIntensityInAFrameWithoutIntensities)
-{
-  VoxelFrame frame = randomFrame(3, 6, 2000);
-  frame.intensity_scale.bits = 0;
-  frame.intensities.clear();
-  ASSERT_TRUE(isConsistent(frame));
-  std::size_t next = 0;
-  forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
-    ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next++));
-    ASSERT_EQ(intensity, 0.0f);
-  });
-  EXPECT_EQ(next, frame.size());
-}
-
-TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
+TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevelsAndWithinTheFloats)
 {
   for (const IntensityScale& scale :
        std::vector<IntensityScale>{{-7.5f, 0.25f, 1, 40000},
@@ -200,29 +186,12 @@ TEST(VoxelCentres, IntensitiesAreThoseOfCompandedLevels)
                                    {0.5f, 2.0f, 4, 300},
                                    {0.5f, 2.0f, 8, 300},
                                    {-largest, largest / 100.0f, 8, 40000},
+                                   {-largest, largest / 100.0f, 8},
+                                   {-largest, largest / 100.0f, 16},
                                    {0.0f, 1.0f, 9, 40000},
-                                   {-7.5f, 0.25f, 15, 65535}}) {
-    for (const std::size_t voxels : {100u, 1000u}) { // fewer than symbols, or more
-      VoxelFrame frame = randomFrame(2 + scale.bits, 5, voxels);
-      frame.intensity_scale = scale;
-      for (std::uint16_t& symbol : frame.intensities)
-        symbol &= static_cast<std::uint16_t>(scale.maxSymbol());
-      ASSERT_TRUE(isConsistent(frame));
-      expectCentres(frame);
-    }
-  }
-}
-
-TEST(VoxelCentres, IntensitiesStayWithinTheFloats)
-{
-  VoxelFrame frame = randomFrame(1, 5, 600);
-  frame.intensity_scale = {-largest, largest / 100.0f, 16};
-  expectCentres(frame);
-  // By tables.
-  frame.intensity_scale.bits = 8;
-  for (std::uint16_t& symbol : frame.intensities)
-    symbol &= 255;
-  expectCentres(frame);
+                                   {-7.5f, 0.25f, 15, 65535}})
+    for (const std::size_t voxels : {100u, 1000u}) // fewer than symbols, or more
+      expectCentres(5, voxels, scale);
 }
 
 } // namespace

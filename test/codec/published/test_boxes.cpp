@@ -74,47 +74,31 @@ codeOf(const IFrame& frame, const DecoderLimits& limits = DecoderLimits())
   return code;
 }
 
-TEST(PublishedBoxes, DepthsFrom1To21)
+TEST(PublishedBoxes, HaveDepthsEdgesAndCornersWithinTheirRanges)
 {
-  for (unsigned int depth = 0; depth <= 30; ++depth) {
+  const auto expect = [](bool is_good,
+                         unsigned int depth,
+                         double resolution,
+                         double begin) {
     IFrame frame;
     frame.depth = depth;
-    frame.fitBox(-3.0);
-    EXPECT_EQ(codeOf(frame),
-              depth >= 1 && depth <= 21 ? CompressionCode::Ok
-                                        : CompressionCode::Corrupt)
-        << depth;
-  }
-}
-
-TEST(PublishedBoxes, ResolutionsFromAMicrometreToAThousandKilometres)
-{
-  IFrame frame;
-  for (const double resolution : {1e-6, 1.0, 1e6}) {
     frame.resolution = resolution;
-    frame.fitBox(0.0);
-    EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << resolution;
-  }
-  for (const double resolution : {0.999e-6, 1.001e6}) {
-    frame.resolution = resolution;
-    frame.fitBox(0.0);
-    EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << resolution;
-  }
-}
-
-TEST(PublishedBoxes, CornersWithinTheLargestLattice)
-{
-  const double end = 1e6 * 0x1p21;
-  IFrame frame;
-  frame.resolution = 1e6;
-  for (const double begin : {-0.99 * end, 0.99 * end}) {
     frame.fitBox(begin);
-    EXPECT_EQ(codeOf(frame), CompressionCode::Ok) << begin;
-  }
-  for (const double begin : {-end, end - 16e6, end, 1e200, -1e200}) {
-    frame.fitBox(begin);
-    EXPECT_EQ(codeOf(frame), CompressionCode::Corrupt) << begin;
-  }
+    EXPECT_EQ(codeOf(frame), is_good ? CompressionCode::Ok : CompressionCode::Corrupt)
+        << depth << ", " << resolution << ", " << begin;
+  };
+  for (unsigned int depth = 0; depth <= 30; ++depth)
+    expect(depth >= 1 && depth <= 21, depth, 0.5, -3.0);
+  // From a micrometre to a thousand kilometres.
+  for (const double resolution : {1e-6, 1.0, 1e6})
+    expect(true, 4, resolution, 0.0);
+  for (const double resolution : {0.999e-6, 1.001e6})
+    expect(false, 4, resolution, 0.0);
+  const double end = 1e6 * 0x1p21; // of the largest lattice
+  for (const double begin : {-0.99 * end, 0.99 * end})
+    expect(true, 4, 1e6, begin);
+  for (const double begin : {-end, end - 16e6, end, 1e200, -1e200})
+    expect(false, 4, 1e6, begin);
 }
 
 TEST(PublishedBoxes, CubesWithinPclsTolerance)
