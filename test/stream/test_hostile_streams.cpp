@@ -294,4 +294,32 @@ TEST(HostileStreams, UnverifiableHeadersHideNoFrame)
   EXPECT_EQ(good_frames, frames);
 }
 
+TEST(HostileStreams, DefaultLimitsTakeAFrameOfAMegapixel)
+{
+  constexpr std::size_t megapixel = std::size_t{1} << 20;
+  std::mt19937_64 random(3);
+  for (const StreamFormat format : all_formats) {
+    // The most bytes: voxels and intensities anywhere.
+    VoxelFrame frame = emptyFrame(20, format == StreamFormat::Published ? 8 : 16);
+    for (std::uint64_t i = 0; i < megapixel; ++i) {
+      frame.keys.push_back((i << 40) + below(random, std::uint64_t{1} << 40));
+      frame.intensities.push_back(static_cast<std::uint16_t>(
+          below(random, std::uint64_t{1} << frame.intensity_scale.bits)));
+    }
+    FrameEncoder encoder(format, 1, Effort::Fast);
+    const Bytes bytes = encoded(encoder, frame);
+    FrameDecoder decoder;
+    VoxelFrame back;
+    ASSERT_EQ(decoded(decoder, bytes, back), CompressionCode::Ok) << bytes.size();
+    EXPECT_EQ(back.keys, frame.keys);
+    EXPECT_EQ(back.intensities, frame.intensities);
+    if (format == StreamFormat::Published)
+      continue;
+    Parts more = takeApart(bytes);
+    more.header.voxel_count = DecoderLimits().max_voxels + 1;
+    EXPECT_EQ(decoded(decoder, putTogether(more), back),
+              CompressionCode::LimitExceeded);
+  }
+}
+
 } // namespace

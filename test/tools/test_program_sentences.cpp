@@ -216,7 +216,7 @@ TEST_F(ProgramSentences, OfOtherCommandsThatAreRefused)
       {"demo --sensor kinect_v1 -n 1", "add --law quadratic"},
       {"advise", "name clouds or a bag, or --cell"},
       {"advise room --cell", "--cell is an input itself"},
-      {"advise room --format published", "not expected: --format"},
+      {"advise room --format=published --", "not expected: --format=published; see"},
       {"advise room --law linear", "--sensor is not set"},
       {"benchmark room --cell", "--cell is an input itself"},
       {"benchmark --rate 5", "--rate is for inputs"},

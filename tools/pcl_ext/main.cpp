@@ -174,6 +174,17 @@ unknownCommand(const CLI::App& program, int argc, char** argv)
   return "there is no command '" + word + "'; there are " + known;
 }
 
+/** \brief Names the words that no command takes, without the -- before names of files. */
+std::string
+unexpectedWords(const CLI::App& program)
+{
+  std::string words;
+  for (const std::string& word : program.remaining(true))
+    if (word != "--")
+      words += (words.empty() ? "" : ", ") + word;
+  return "not expected: " + words;
+}
+
 /** \brief Completes the standard output.
  * \return the status, or something_failed if it took not all of it
  */
@@ -213,10 +224,10 @@ main(int argc, char** argv)
   catch (const CLI::Success& asked) { // --help or --version
     return finishOutput("pcl_ext", program.exit(asked));
   }
-  catch (const CLI::ExtrasError& error) {
+  catch (const CLI::ExtrasError&) {
     const std::string command = unknownCommand(program, argc, argv);
     printError(nameOfCommand(commands),
-               command.empty() ? std::string(error.what()) + "; see " +
+               command.empty() ? unexpectedWords(program) + "; see " +
                                      nameOfCommand(commands) + " --help"
                                : command);
     return wrong_command_line;
