@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, startBrowser, stillPicture, stopBrowser } from "./support/browser.mjs";
+import { largeDesk, openFiles, openViewer, startBrowser, stillPicture, stopBrowser } from "./support/browser.mjs";
 import { cloudRecording } from "./support/fixtures.mjs";
 
 before(startBrowser);
@@ -26,7 +26,7 @@ async function lightOf(png) {
 }
 
 test("squares give as much light as the cubes in whose place they are, from all sides", async () => {
-  const viewer = await openViewer();
+  const viewer = await openViewer(largeDesk);
   const points = Array.from({ length: 4096 }, (_, i) => [i & 15, (i >> 4) & 15, i >> 8].map((index) => (index - 7.5) * 0.32).join(" "));
   await openFiles(viewer, [cloudRecording("apart", points, "-r", edge)]);
   await viewer.ask(() => window.pclExtViewer.set({ colourBy: "stream", showsGrid: false, showsAxes: false }));

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, seek, startBrowser, stillPicture, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { largeDesk, openFiles, openViewer, seek, startBrowser, stillPicture, stopBrowser, untilIndexed } from "./support/browser.mjs";
 import { writeBag } from "./support/bags.mjs";
 import { pathInFolder, pclExt } from "./support/fixtures.mjs";
 
@@ -28,7 +28,7 @@ async function openBag(name, clouds, transforms = []) {
   const [bag, recording] = [`${name}_raw.mcap`, `${name}.mcap`].map(pathInFolder);
   await writeBag(bag, clouds.map((cloud) => ({ ...cloud, isDouble: true })), transforms);
   pclExt("encode", bag, "-o", recording, "-r", edge, "--overwrite", "-q");
-  const viewer = await openViewer();
+  const viewer = await openViewer(largeDesk);
   await openFiles(viewer, [recording]);
   await untilIndexed(viewer);
   return viewer;

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, phone, seek, startBrowser, stillPicture, stopBrowser, untilIndexed } from "./support/browser.mjs";
+import { largeDesk, openFiles, openViewer, phone, seek, startBrowser, stillPicture, stopBrowser, untilIndexed } from "./support/browser.mjs";
 import { cellRecording, cloudRecording } from "./support/fixtures.mjs";
 
 before(startBrowser);
@@ -19,7 +19,7 @@ const told = async (viewer, name) => new RegExp(`^${name}\\n(.*)$`, "m").exec(aw
 const numbers = (text) => text.match(/-?\d+\.\d+/g).map(Number);
 
 /** Looks along y at both blocks; where on the screen the middle of each one's front is. */
-async function openBlocks(options) {
+async function openBlocks(options = largeDesk) {
   const viewer = await openViewer(options);
   await openFiles(viewer, [cloudRecording("blocks", blocks, "-r", 0.05)]);
   await untilIndexed(viewer);

@@ -17,6 +17,8 @@ setTimeout(() => {
 }, 15 * 60_000).unref();
 let browser = null;
 
+/** For tests that need the pixels. */
+export const largeDesk = { viewport: { width: 1000, height: 700 } };
 export const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
 
 export async function startBrowser() {
@@ -54,9 +56,10 @@ export async function processorTimes() {
   return times;
 }
 
-/** A page of the viewer; errors in it fail the test when it is closed. */
+/** A page of the viewer, as small as the layout of a desk may be, since the processor draws it; errors in it fail the
+ * test when it is closed. */
 export async function openViewer({ url = pathToFileURL(pagePath).href, ...options } = {}) {
-  const context = await browser.newContext({ viewport: { width: 1000, height: 700 }, colorScheme: "dark", ...options });
+  const context = await browser.newContext({ viewport: { width: 900, height: 500 }, colorScheme: "dark", ...options });
   const page = await context.newPage();
   page.setDefaultTimeout(patienceMs);
   const errors = [];
