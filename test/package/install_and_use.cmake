@@ -4,14 +4,13 @@
 # projects with find_package(pcl_ext), and programs with pkg-config.
 # Usage: cmake -DSOURCE_DIR=... -DWORK_DIR=... -DLIBDIR=... -DGENERATOR=...
 #   -DCXX_COMPILER=... -DCXX_FLAGS=... [-DBUILD_DIR=... | -DAS_SUBDIRECTORY=ON |
-#   -DCODEC_ALONE=ON] [-DWITH_EXAMPLES=ON] -P install_and_use.cmake
-#   BUILD_DIR        an existing build tree
+#   -DCODEC_ALONE=ON] -P install_and_use.cmake
+#   BUILD_DIR        an existing build tree; the examples are built and run, too
 #   NEW_BUILD_DIR    where another one is made, else in WORK_DIR. Beside those of the
 #                    same options a compiler cache has its files
 #   AS_SUBDIRECTORY  static libraries, built by a project that adds this one as a
 #                    subdirectory
 #   CODEC_ALONE      without pcl_ext::pcl_ext, as on a machine that has no PCL
-#   WITH_EXAMPLES    the examples are built and run, too
 
 set(build_type Release)
 if(AS_SUBDIRECTORY)
@@ -199,14 +198,12 @@ if(CLANG)
 else()
   message(STATUS "clang++ was not found: no program is built with it")
 endif()
-if(WITH_EXAMPLES)
-  write_block(README.md "#include <pcl_ext" app.cpp)
-  write_block(README.md "cmake_minimum" CMakeLists.txt)
-  build_project(${WORK_DIR}/readme_source readme)
-  run(${WORK_DIR}/readme/app)
-  if(NOT output MATCHES "^160[0-9]+ points, [0-9]+ bytes, [0-9]+ voxels\n$")
-    message(FATAL_ERROR "the README's program prints:\n${output}")
-  endif()
-  build_project(${SOURCE_DIR}/examples examples)
-  run_program(examples/02_sensor_to_denoised_cloud)
+write_block(README.md "#include <pcl_ext" app.cpp)
+write_block(README.md "cmake_minimum" CMakeLists.txt)
+build_project(${WORK_DIR}/readme_source readme)
+run(${WORK_DIR}/readme/app)
+if(NOT output MATCHES "^160[0-9]+ points, [0-9]+ bytes, [0-9]+ voxels\n$")
+  message(FATAL_ERROR "the README's program prints:\n${output}")
 endif()
+build_project(${SOURCE_DIR}/examples examples)
+run_program(examples/02_sensor_to_denoised_cloud)
