@@ -68,6 +68,7 @@ protected:
        const std::string& bytes,
        const std::string& bin_fields = "")
   {
+    cloud_ = {}; // so that nothing of the last file is seen
     recording::test::writeText(folder_ / name, bytes);
     return readCloud(folder_ / name,
                      cloud_,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -183,12 +184,17 @@ TEST_F(FileLayouts, LinesBetweenPointsMayBeBlank)
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
   EXPECT_EQ(readPcd("x y z", 2, "ascii\n" + points), Remarks());
   EXPECT_EQ(floats("y"), (Floats{2.0f, 5.0f}));
-  // Also amid numbers in all ways of writing them.
+}
+
+TEST_F(FileLayouts, NumbersAreReadInAllWaysOfWriting)
+{
   const std::string odd = "+1 -.5 2e-1\r\n\nnan -nan inf\n\t1.  0 -0\n\n \n";
   readPcd("x y z", 3, "ascii\n" + odd);
+  EXPECT_EQ(floats("x")[0], 1.0f);
   EXPECT_EQ(floats("x")[2], 1.0f);
   EXPECT_EQ(floats("y")[0], -0.5f);
   EXPECT_EQ(floats("z")[0], 0.2f);
+  EXPECT_TRUE(std::isnan(floats("x")[1]) && std::isnan(floats("y")[1]));
   EXPECT_EQ(floats("z")[1], std::numeric_limits<float>::infinity());
 }
 

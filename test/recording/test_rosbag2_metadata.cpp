@@ -67,19 +67,27 @@ TEST(Rosbag2Metadata, QosIsReadInAllStyles)
       "    - topic_metadata:\n        name: /none\n        offered_qos_profiles: \"\"\n"
       "    - topic_metadata:\n        name: /empty\n        offered_qos_profiles: []\n"
       "    - topic_metadata:\n        name: '/it''s'\n        offered_qos_profiles: "
-      "'- depth: 1'\n"
-      // Lists need no indentation.
-      "  - message_count: 1\n    topic_metadata:\n      name: /a\n"
-      "      offered_qos_profiles:\n      - depth: 7\n        reliability: reliable\n"
-      "      serialization_format: cdr\n");
+      "'- depth: 1'\n");
   const std::map<std::string, std::string> expected = {{"/escaped", numbered},
                                                        {"/folded", numbered},
                                                        {"/block", numbered},
                                                        {"/list", named},
-                                                       {"/it's", "- depth: 1"},
-                                                       {"/a",
-                                                        "- depth: 7\n  reliability: "
-                                                        "reliable"}};
+                                                       {"/it's", "- depth: 1"}};
+  EXPECT_EQ(readOfferedQos(text), expected);
+}
+
+TEST(Rosbag2Metadata, ListsNeedNoIndentation)
+{
+  const std::string text =
+      "rosbag2_bagfile_information:\n  topics_with_message_count:\n"
+      "  - message_count: 1\n    topic_metadata:\n"
+      "      name: /a\n      offered_qos_profiles:\n"
+      "      - depth: 7\n        reliability: reliable\n"
+      "      serialization_format: cdr\n"
+      "  - message_count: 1\n    topic_metadata:\n"
+      "      name: /b\n      offered_qos_profiles: ''\n";
+  const std::map<std::string, std::string> expected = {
+      {"/a", "- depth: 7\n  reliability: reliable"}};
   EXPECT_EQ(readOfferedQos(text), expected);
 }
 

@@ -175,7 +175,10 @@ TEST_F(ProgramBags, CloudsAreReplacedAndComeBackAndAllElsePassesThrough)
   EXPECT_EQ(json["other_topics"][0]["type"], "sensor_msgs/msg/Imu");
   EXPECT_TRUE(hasPart(expectRun("info small.mcap").output,
                       "other topics: /imu (sensor_msgs/msg/Imu)\n"));
-  // Folders of rosbag2 are read and written, too.
+}
+
+TEST_F(ProgramBags, FoldersOfRosbag2AreReadAndWritten)
+{
   writeBag(folder / "bag", 3);
   expectRun("encode bag -o small -r 0.05");
   EXPECT_TRUE(std::filesystem::exists(folder / "small/metadata.yaml"));

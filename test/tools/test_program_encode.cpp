@@ -178,16 +178,21 @@ TEST_F(ProgramEncode, TimesFollowTheRateAndHeadersAreCarried)
 
 TEST_F(ProgramEncode, FilesOfAllKindsAndPatternsAreOneStream)
 {
-  const Clouds clouds = roomClouds(3);
+  const Clouds clouds = roomClouds(4);
   std::filesystem::create_directories(folder / "room");
   ASSERT_EQ(pcl::io::savePCDFileASCII(folder / "room/0.pcd", clouds[0]), 0);
   ASSERT_EQ(pcl::io::savePCDFileBinaryCompressed(folder / "room/1.pcd", clouds[1]), 0);
   ASSERT_EQ(pcl::io::savePLYFileBinary(folder / "room/2.ply", clouds[2]), 0);
+  std::string kitti;
+  for (const pcl::PointXYZI& point : clouds[3])
+    for (const float number : {point.x, point.y, point.z, point.intensity})
+      kitti.append(reinterpret_cast<const char*>(&number), sizeof(number));
+  writeText(folder / "room/3.bin", kitti);
   expectRun("encode 'room/*' -o pattern.pcxi --resolution 0.05");
   expectRun("encode room/ -o folder.pcxi --resolution 0.05");
-  expectRun("encode room/0.pcd room/1.pcd room/2.ply -o files.pcxi "
+  expectRun("encode room/0.pcd room/1.pcd room/2.ply room/3.bin -o files.pcxi "
             "--resolution 0.05");
-  EXPECT_EQ(decode(folder / "folder.pcxi")[0].frames.size(), 3u);
+  EXPECT_EQ(decode(folder / "folder.pcxi")[0].frames.size(), 4u);
   EXPECT_EQ(bytesOf(folder / "pattern.pcxi"), bytesOf(folder / "folder.pcxi"));
   EXPECT_EQ(bytesOf(folder / "files.pcxi"), bytesOf(folder / "folder.pcxi"));
 }

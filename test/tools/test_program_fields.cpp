@@ -297,6 +297,8 @@ TEST_F(ProgramFields, OfRingsTellTheOrderOfThePoints)
   EXPECT_EQ(stream["mean_frame_voxels"], 0.0);
   EXPECT_EQ(stream["bytes_per_point"], stream["bytes"].get<double>() / 600.0);
   EXPECT_FALSE(stream.contains("bytes_per_voxel"));
+  expectRun("decode x.pcxi -o out");
+  EXPECT_EQ(readCloud(folder / "out/000000.pcd").size(), 600u);
 }
 
 TEST_F(ProgramFields, ThatAllCannotKeepAreNamedWithoutTheOption)

@@ -15,7 +15,6 @@
 #include <cstring>
 #include <filesystem>
 #include <functional>
-#include <map>
 
 namespace pcl_ext::tools::test {
 
@@ -207,7 +206,7 @@ TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
       {"the bytes behind the last row are not used",
        [](PointCloudMessage& cloud) { cloud.bytes.resize(cloud.bytes.size() + 16); }},
       {"the order of the points takes none of the ", [](PointCloudMessage&) {}}};
-  std::size_t jobs = 0;
+  std::size_t jobs = 0; // 1 and 2 in turns, as threads read layouts, too
   for (const Row& row : rows) {
     writeWalls(folder / "bag.mcap", row.change);
     const std::string said =
@@ -215,6 +214,7 @@ TEST_F(ProgramForeignBags, DoNotChangeWithoutARemark)
     const std::size_t at = said.find(row.remark);
     EXPECT_EQ(at != std::string::npos, row.is_said) << row.remark << said;
     if (row.is_said) {
+      EXPECT_TRUE(hasPart(said, std::string("/points: ") + row.remark));
       EXPECT_EQ(said.find(row.remark, at + 1), std::string::npos) << said; // once
     }
   }

@@ -46,7 +46,7 @@ TEST_F(ProgramInputs, StandardInputAndPipesHaveNames)
   writeClouds("room", roomClouds(3));
   expectRun("encode room -o x.pcxi");
   ASSERT_EQ(runShell("mkfifo pipe pipe2").status, 0);
-  const std::string info = "> out.txt && $P info y.mcap --json; rm -f y.mcap";
+  const std::string info = "> out.txt && $P info y.mcap --json && rm y.mcap";
   const std::pair<const char*, std::string> rows[] = {
       {"stdin", "cat x.pcxi | $P info - --json"},
       {"stdin", "$P info - --json < x.pcxi"},
@@ -56,16 +56,27 @@ TEST_F(ProgramInputs, StandardInputAndPipesHaveNames)
       {"/pipe2", "cat x.pcxi > pipe2 & $P cut pipe2 -o y.mcap " + info}};
   for (const auto& [name, line] : rows) {
     const ProgramRun result = runShell(line);
+    EXPECT_EQ(result.status, 0) << line;
     EXPECT_EQ(result.errors, "") << line;
     const nlohmann::json streams = nlohmann::json::parse(result.output)["streams"];
     ASSERT_EQ(streams.size(), 1u) << line;
     EXPECT_EQ(streams[0]["name"], name) << line;
   }
-  // What the program writes it also reads from a pipe.
+}
+
+TEST_F(ProgramInputs, FilesAndFramesComeThroughPipesAsTheyAre)
+{
+  writeClouds("room", roomClouds(3));
+  expectRun("encode room/000.pcd -o one.pcxi");
+  expectRun("encode room -o x.pcxi");
   const ProgramRun piped =
-      runShell("$P encode room -o - -q | $P decode - -o out -q && "
+      runShell("mkfifo pipe; cat room/000.pcd | $P encode - -o input.pcxi -q && "
+               "{ cat room/000.pcd > pipe & } && $P encode pipe -o named.pcxi -q && "
+               "$P encode room -o - -q | $P decode - -o out -q && "
                "$P encode room -o - -q | $P cut - -o part.pcxi --frames 0:2");
   EXPECT_EQ(piped.status, 0) << piped.errors;
+  EXPECT_EQ(bytesOf(folder / "input.pcxi"), bytesOf(folder / "one.pcxi"));
+  EXPECT_EQ(bytesOf(folder / "named.pcxi"), bytesOf(folder / "one.pcxi"));
   const DecodedStream whole = decode(folder / "x.pcxi")[0];
   expectVoxels(whole.voxels[0], readCloud(folder / "out/000000.pcd"));
   EXPECT_EQ(decode(folder / "part.pcxi")[0].frames.size(), 2u);
@@ -74,7 +85,7 @@ TEST_F(ProgramInputs, StandardInputAndPipesHaveNames)
 
 TEST_F(ProgramInputs, HugeFilesOfZerosAreNoRecordings)
 {
-  for (const char* extension : {"mcap", "pcxi", "pcd", "bin"}) {
+  for (const char* extension : {"mcap", "pcxi", "pcd", "ply", "bin"}) {
     SCOPED_TRACE(extension);
     const std::string name = std::string("x.") + extension;
     writeBytes(folder / name, {});

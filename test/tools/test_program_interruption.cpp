@@ -39,8 +39,8 @@ sizeOf(const fs::path& path)
 class ProgramInterruption : public ProgramTest {
 protected:
   /** \brief Runs the program and interrupts it as soon as a part of its output is there
- * that has more bytes than the header and the descriptions of all streams, so that it
- * holds frames. */
+   * that has more bytes than the header and the descriptions of all streams, so that it
+   * holds frames. */
   ProgramRun
   interrupted(const std::string& arguments, int signal, const fs::path& output) const
   {

@@ -87,6 +87,12 @@ TEST_F(ProgramKept, ScansWithoutRaysAreToldToBeSo)
         << encoded.output << encoded.errors;
     const ProgramRun info = expectRun("info x.pcxi");
     EXPECT_TRUE(hasPart(info.output, "| points " + order + " |"));
+    expectRun("decode x.pcxi -o out --overwrite");
+    const auto decoded = readCloud(folder / "out/000000.pcd");
+    ASSERT_EQ(decoded.width, cloud.width);
+    ASSERT_EQ(decoded.height, cloud.height);
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      ASSERT_EQ(std::isfinite(decoded[i].x), std::isfinite(cloud[i].z)) << i;
   }
 }
 
@@ -317,8 +323,7 @@ TEST_F(ProgramKept, RowsAndColumnsOfFilesThatDiffer)
       "encode lidar -o ring.mcap --keep-order",
       "lidar: 'lidar/2.pcd' (4 x 3 points with x y z ring) is unlike 'lidar/0.pcd' "
       "(4 x 3 points with x y z); if they are of several sensors, put those of each "
-      "into "
-      "a folder of their own and name the folders\n");
+      "into a folder of their own and name the folders\n");
   EXPECT_TRUE(hasPart(ring.errors, "fields that are left out: ring"));
   write("lidar/2.pcd", "x y z", 9);
   EXPECT_TRUE(hasPart(run("encode lidar -o wide.mcap").errors,

@@ -110,6 +110,17 @@ TEST_F(ProgramLive, FramesThatComeTogetherShareAChunk)
   EXPECT_EQ(chunks.size(), 1u);
 }
 
+TEST_F(ProgramLive, ItEndsBehindTheFramesThatAreWanted)
+{
+  makeBag(folder, 5);
+  // The pipe stays open; timeout would end the program.
+  const ProgramRun result =
+      runShell("mkfifo pipe; timeout 60 $P encode pipe -o x.mcap --frames 1:3 & "
+               "exec 3> pipe; cat bag.mcap >&3; wait $!");
+  EXPECT_EQ(result.status, 0) << result.errors;
+  EXPECT_EQ(decode(folder / "x.mcap")[0].frames.size(), 2u);
+}
+
 TEST_F(ProgramLive, ASocketIsReadAsItComes)
 {
   makeBag(folder, 3);

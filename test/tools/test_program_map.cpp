@@ -28,6 +28,7 @@ TEST_F(ProgramMap, ReplacesNoFileUnlessAsked)
   expectRun("send -q room --rate 50 --resolution 0.05" + at(server));
   EXPECT_EQ(empty.end(SIGINT), 1);
   EXPECT_TRUE(hasPart(empty.errors(), "the map is empty, and not written: "));
+  EXPECT_FALSE(hasPart(empty.errors(), "no intensities"));
   EXPECT_EQ(bytesOf(folder / "mine.ot"), precious);
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_NE(bytesOf(folder / "old.ot"), precious);

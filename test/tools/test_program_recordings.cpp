@@ -1,5 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
+#include "recording/bag_reader.h"
 #include "tools/program.h"
 
 #include <gtest/gtest.h>
@@ -63,6 +64,24 @@ TEST_F(ProgramInfo, JsonHasTheFiguresOfTheStreams)
   const ProgramRun table = expectRun("info x.mcap");
   EXPECT_TRUE(
       hasPart(table.output, "| /sensor_1 | 31     | 5        | 0    | 20.0    |"));
+}
+
+TEST_F(ProgramInfo, FilesOfFramesThatWerePutTogetherHaveTheTimesOfTheirFrames)
+{
+  const KnownStream stream = knownStream(0, 10, 5);
+  const std::vector<std::size_t> order = {5, 6, 7, 8, 9, 0, 1, 2, 3, 4};
+  writeBytes(folder / "x.pcxi", framesOf(stream, order));
+  const auto json = nlohmann::json::parse(expectRun("info x.pcxi --json").output);
+  EXPECT_EQ(json["first_time_ns"], stream.frames[5].time.count());
+  EXPECT_EQ(json["last_time_ns"], stream.frames[9].time.count());
+  for (const std::string command : {"decode", "cut"}) {
+    expectRun(command + " x.pcxi -o " + command + ".mcap");
+    recording::BagReader bag;
+    ASSERT_TRUE(bag.open(folder / (command + ".mcap")).ok());
+    ASSERT_EQ(bag.index().size(), 10u);
+    for (std::size_t i = 0; i < 10; ++i)
+      EXPECT_EQ(bag.index()[i].log_time, stream.frames[i].time) << command;
+  }
 }
 
 TEST_F(ProgramInfo, SeveralRecordingsAreToldOfOneAfterTheOther)

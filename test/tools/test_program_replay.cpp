@@ -13,7 +13,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <random>
 #include <string>
 #include <thread>

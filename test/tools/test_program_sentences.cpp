@@ -88,6 +88,7 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
       {room + "-l count --format published --colour-bits 5",
        "--colour-bits has no effect"},
       {room + "--no-header --frame-id hall", "--frame-id has no effect"},
+      {room + "--frame-id " + std::string(1025, 'f'), "--frame-id is 1025 bytes long"},
       {room + "--sensor kinect_v2 -l linear --coarsen", "--coarsen has no"},
       {room + "--use-coordinate-step --crop 0,0,0,1,1,1",
        "--use-coordinate-step has no effect with --origin, --bounding-box or --crop"},

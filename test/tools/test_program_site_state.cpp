@@ -152,7 +152,9 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
               "/far: Voxels are too far from those of other streams to be merged: in "))
       << receiving.errors();
   EXPECT_FALSE(hasPart(receiving.errors(), "/room: Voxels"));
-  EXPECT_TRUE(hasPart(receiving.errors(), "/room: its outliers stay: "));
+  EXPECT_TRUE(hasPart(receiving.errors(),
+                      "/room: its outliers stay: --unit is points and the "
+                      "intensity_law of the stream is none"));
   EXPECT_TRUE(hasPart(receiving.errors(),
                       "/room: its voxels have no intensities, so that --min-intensity "
                       "leaves none out"));
