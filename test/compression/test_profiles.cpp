@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 #include <sstream>
 #include <string>
@@ -131,6 +132,21 @@ TEST(CompressionProfiles, FlatMapsTakeFewerBytesThanTheirCoordinatesHaveBits)
   PointCompression encoder(pcl::io::MED_RES_ONLINE_COMPRESSION_WITHOUT_COLOR);
   EXPECT_EQ(roundTrip(encoder, cloud)->size(), points);
   EXPECT_LT(8.0 * static_cast<double>(encoder.statistics().coding.bytes), 7.2 * points);
+}
+
+TEST(CompressionProfiles, InvalidManualResolutionsAreReported)
+{
+  for (const double resolution : {0.0,
+                                  -1.0,
+                                  std::numeric_limits<double>::infinity(),
+                                  std::numeric_limits<double>::quiet_NaN()}) {
+    PointCompression compression(pcl::io::MANUAL_CONFIGURATION, false, resolution);
+    std::stringstream stream;
+    EXPECT_EQ(
+        compression.encodePointCloud(randomCloud<pcl::PointXYZ>(1, 9), stream).code(),
+        CompressionCode::InvalidSettings)
+        << resolution;
+  }
 }
 
 } // namespace

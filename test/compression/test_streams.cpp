@@ -11,7 +11,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -180,6 +182,58 @@ TEST(CompressionStatistics, ArePrintedThroughPclsConsoleIfTheyAreToBe)
       EXPECT_FALSE(hasPart(decoding, "points:"));
     }
   pcl::console::setVerbosityLevel(verbosity_before);
+}
+
+TEST(CompressionStreams, IFramesComeByTheStampsOfClouds)
+{
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
+  settings.i_frame_every = 0.25;
+  Compression encoder(settings);
+  std::string kinds;
+  // Microseconds; 0 is no stamp.
+  for (const std::uint64_t stamp :
+       {100000, 300000, 349999, 350000, 0, 599999, 600001}) {
+    const Cloud::Ptr cloud = movingCloud(0);
+    cloud->header.stamp = stamp;
+    encodeFrame(encoder, cloud);
+    kinds += encoder.statistics().coding.is_i_frame ? 'I' : 'P';
+  }
+  EXPECT_EQ(kinds, "IPPIPPI");
+}
+
+TEST(CompressionStreams, TheTemporalFilterSeesFromThePlaceOfTheCloud)
+{
+  // A plate before a wall, which goes: only from there one sees that its place is free.
+  const Eigen::Vector3f sensor(4.0f, -2.0f, 1.0f);
+  const auto cloudOf = [&](bool has_plate) {
+    const Cloud::Ptr cloud(new Cloud);
+    for (int column = -60; column <= 60; ++column)
+      for (int row = -60; row <= 60; ++row) {
+        const bool is_plate =
+            has_plate && std::max(std::abs(column), std::abs(row)) < 30;
+        const float depth = is_plate ? 1.5f : 3.0f;
+        pcl::PointXYZI point;
+        point.getVector3fMap() =
+            sensor + depth * Eigen::Vector3f(0.006f * static_cast<float>(column),
+                                             0.006f * static_cast<float>(row),
+                                             1.0f);
+        cloud->push_back(point);
+      }
+    cloud->sensor_origin_.head<3>() = sensor;
+    return cloud;
+  };
+  IntensityCompressionSettings settings = settingsWith(usual_resolution);
+  settings.temporal_filter = 64;
+  settings.retain_octree = true;
+  OctreePointCloudIntensityCompression<pcl::PointXYZI, pcl_ext::CountIntensity> encoder(
+      settings);
+  for (int frame = 0; frame < 6; ++frame)
+    encodeFrame(encoder, cloudOf(true));
+  encodeFrame(encoder, cloudOf(false));
+  EXPECT_GT(encoder.statistics().voxels_held, 0u);
+  EXPECT_EQ(encoder.getLeafCount(), encoder.statistics().coding.voxels);
+  encodeFrame(encoder, cloudOf(false));
+  EXPECT_EQ(encoder.statistics().voxels_held, 0u);
 }
 
 } // namespace

@@ -146,14 +146,16 @@ expectPlace(std::uint8_t datatype,
   preprocessor.setCropBox(expected - margin, expected + margin);
   PreprocessedBatches<CountIntensity> batches(preprocessor);
   using pcl_ext::test::makeField;
-  pcl::PCLPointCloud2 cloud = pcl_ext::test::makeMessage({makeField("x", 0, datatype),
-                                                          makeField("y", 8, datatype),
-                                                          makeField("z", 16, datatype)},
-                                                         24,
-                                                         1);
+  const std::uint32_t size = datatype == pcl::PCLPointField::FLOAT64 ? 8 : 4;
+  pcl::PCLPointCloud2 cloud =
+      pcl_ext::test::makeMessage({makeField("x", 0, datatype),
+                                  makeField("y", size, datatype),
+                                  makeField("z", 2 * size, datatype)},
+                                 3 * size,
+                                 1);
   for (std::size_t axis = 0; axis < 3; ++axis)
     pcl_ext::test::writeNumber(
-        &cloud.data[8 * axis], datatype, point[static_cast<Eigen::Index>(axis)]);
+        &cloud.data[size * axis], datatype, point[static_cast<Eigen::Index>(axis)]);
   ASSERT_TRUE(batches.open(cloud).ok());
   PointView points;
   ASSERT_TRUE(batches.next(points));

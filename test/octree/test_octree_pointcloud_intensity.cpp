@@ -147,6 +147,15 @@ TYPED_TEST(OctreeIntensity, AgreesWithANaiveMapOfAllFinitePoints)
   both += *second;
   this->expectAgreement(this->octree, both);
   const auto voxels = naiveVoxels(both, this->resolution);
+  std::size_t leaves[3] = {}; // by each of PCL's iterators
+  for (auto node = this->octree.breadth_begin(); *node != nullptr; ++node)
+    leaves[0] += node.isLeafNode() ? 1 : 0;
+  for (auto node = this->octree.depth_begin(); *node != nullptr; ++node)
+    leaves[1] += node.isLeafNode() ? 1 : 0;
+  for (auto node = this->octree.leaf_breadth_begin(); *node != nullptr; ++node)
+    ++leaves[2];
+  for (const std::size_t count : leaves)
+    EXPECT_EQ(count, voxels.size());
   for (const auto& point : *first)
     EXPECT_NEAR(this->octree.getVoxelIntensityAtPoint(point),
                 voxels.at(voxelOf(point, this->resolution)).sum,

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <random>
+#include <set>
 #include <vector>
 
 namespace {
@@ -255,6 +256,53 @@ TEST(RayOutlierRemoval, GridsMayMoveAndBeEmpty)
     const OutlierRemovalStatus status = removal.filter(moved);
     EXPECT_TRUE(status.ok());
     EXPECT_EQ(status.removed, 0u);
+  }
+}
+
+/** \brief A wall 8 m from the origin in voxels of 10 cm, the sensor's rays on a pole 70 m
+ * away, and single flakes. */
+io::VoxelFrame
+snowyFrame(std::mt19937_64& random, std::set<LatticeIndex>& flakes)
+{
+  Voxels voxels;
+  for (std::int64_t y = -30; y < 30; ++y)
+    for (std::int64_t z = -8; z < 8; ++z)
+      if (random() % 8 != 0)
+        voxels[{80, y, z}] = 5;
+  for (std::int64_t z = -30; z < 30; z += 5)
+    voxels[{700, 20, z}] = 1;
+  while (flakes.size() < 60)
+    flakes.insert({static_cast<std::int64_t>(15 + random() % 55),
+                   static_cast<std::int64_t>(random() % 60) - 30,
+                   static_cast<std::int64_t>(random() % 16) - 8});
+  for (const LatticeIndex& flake : flakes)
+    voxels[flake] = 1;
+  io::VoxelFrame frame = frameOf(voxels, gridAt(0, -100, -100, 10));
+  frame.grid.resolution = 0.1;
+  frame.has_point_counts = true;
+  frame.point_counts.assign(frame.intensities.begin(), frame.intensities.end());
+  return frame;
+}
+
+TEST(RayOutlierRemoval, FlakesGoAndSurfacesStayFromTheFirstFrameOn)
+{
+  std::mt19937_64 random(36);
+  for (const bool has_counts : {true, false}) {
+    std::set<LatticeIndex> flakes;
+    io::VoxelFrame frame = snowyFrame(random, flakes);
+    if (!has_counts) {
+      frame.has_point_counts = false;
+      frame.point_counts.clear();
+    }
+    const std::size_t before = frame.size();
+    VoxelOutlierRemoval removal(pcl_ext::settingsOf(DensityUnit::Rays));
+    const OutlierRemovalStatus status = removal.filter(frame);
+    EXPECT_EQ(status.removed, before - frame.size());
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < frame.size(); ++i)
+      left += flakes.count(io::test::latticeIndex(frame, i));
+    EXPECT_LE(left, 6u); // that happen to be close to each other
+    EXPECT_EQ(frame.size() - left, before - flakes.size());
   }
 }
 

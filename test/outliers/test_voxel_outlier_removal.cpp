@@ -375,4 +375,33 @@ TEST(VoxelOutlierRemovalUnits, IntensitiesOfUnknownMeaningAreNotUsed)
   }
 }
 
+/** \brief Rings of a lidar on a wall, whose voxels do not touch those of the next ring,
+ * and an echo between them that is elsewhere each time. */
+Voxels
+ringsAndEcho(std::int64_t frame, const LatticeIndex& echo)
+{
+  Voxels voxels;
+  for (std::int64_t z = 10; z < 100; z += 9)
+    for (std::int64_t y = 20; y < 80; ++y)
+      if ((y + frame + z) % 4 != 0) // a part of the rays has no return
+        voxels[{30, y, z}] = 10;
+  voxels[echo] = 10;
+  return voxels;
+}
+
+TEST(VoxelOutlierRemovalUnits, AMovingLidarLosesNothing)
+{
+  VoxelOutlierRemoval removal(settingsOf(DensityUnit::Voxels));
+  for (std::int64_t frame = 0; frame < 6; ++frame) {
+    Voxels moved;
+    for (const auto& [index, symbol] : ringsAndEcho(frame, {20, 30, 23}))
+      moved[{index[0] + 7 * frame, index[1], index[2]}] = symbol;
+    for (const auto& [index, score] :
+         scoresOf(removal, frameOf(moved, gridAt(0, 0, 0))))
+      if (index[0] == 30 + 7 * frame) {
+        EXPECT_GE(score, 0.0f);
+      }
+  }
+}
+
 } // namespace

@@ -179,6 +179,9 @@ TEST(FrameCoding, FramesOfInconsistentContentsAreRefused)
   addColours(random, 4, good);
   addPointCounts(random, good);
   addFields(random, good);
+  VoxelFrame modelled = good;
+  modelled.depth_model = roomDepthModel(4, 8);
+  EXPECT_TRUE(isConsistent(modelled));
   const std::vector<Change> changes = {
       [](VoxelFrame& f) { f.colours.pop_back(); },
       [](VoxelFrame& f) { f.colours[3].g = 16; },

@@ -85,8 +85,9 @@ viewOf(const RingCloud& cloud)
 /** \brief Encodes clouds with their rings and without. */
 class RingClouds : public testing::Test {
 protected:
+  /** \param[in] effort matters to voxels; scans have the same payload in all */
   static EncoderSettings
-  settings(Effort effort = Effort::Fast) // without which scans are the same
+  settings(Effort effort = Effort::Fast)
   {
     EncoderSettings settings;
     settings.resolution = 0.001;

@@ -178,6 +178,8 @@ expectAllRead(const PCLPointCloud2& message)
   const PreprocessingStatus status = processNative(message, output);
   ASSERT_TRUE(status.ok()) << status.message();
   ASSERT_EQ(output.size(), std::size_t{message.width} * message.height);
+  EXPECT_EQ(output.header.frame_id, "sensor");
+  EXPECT_EQ(output.header.stamp, 99u);
   for (std::size_t i = 0; i < output.size(); ++i) {
     EXPECT_EQ(output[i].x, static_cast<float>(valueOf("x", i))) << i;
     EXPECT_EQ(output[i].y, static_cast<float>(valueOf("y", i))) << i;

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <random>
@@ -158,6 +159,7 @@ expectCentres(unsigned int depth, std::size_t voxels, const IntensityScale& scal
   forEachVoxelCentre(frame, [&](float x, float y, float z, float intensity) {
     ASSERT_LT(next, frame.size());
     ASSERT_EQ((std::array<float, 3>{x, y, z}), centreOf(frame, next));
+    ASSERT_TRUE(std::isfinite(intensity));
     ASSERT_EQ(intensity,
               frame.hasIntensities() ? scale.value(frame.intensities[next]) : 0.0f);
     ++next;
