@@ -143,8 +143,9 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermitOnceWhateverComesBetween)
   const std::lock_guard<std::mutex> lock(mutex);
   ASSERT_EQ(events.size(), 2u);
   EXPECT_TRUE(
-      hasPart(events[0], "Permissions Violation for Publish to \"cell./b.frames\""));
-  EXPECT_TRUE(hasPart(events[1], "cell./a.frames"));
+      hasPart(events[0], "Permissions Violation for Publish to \"cell./b.frames\""))
+      << events[0];
+  EXPECT_TRUE(hasPart(events[1], "cell./a.frames")) << events[1];
 }
 
 /** \brief Makes certificate.pem and key.pem, and the configuration of a server with them.

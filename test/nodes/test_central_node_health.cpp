@@ -205,6 +205,8 @@ TEST_F(HealthOfOneStream, RatesAreOfTheFramesThatWereDecoded)
       static_cast<double>(stream.frames[1].size() + stream.frames[2].size()) / 0.5);
   EXPECT_GT(rates.mean_cycle_seconds, 0.0);
   EXPECT_GE(rates.max_cycle_seconds, rates.mean_cycle_seconds);
+  clock.set(22500ms + 1ns); // silent since
+  EXPECT_EQ(onlyHealth(node).rates.frames_per_second, 0.0);
 }
 
 TEST_F(HealthOfOneStream, LatenciesAreFromTheStampUntilTheFrameIsDecoded)

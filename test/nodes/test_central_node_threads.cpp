@@ -116,7 +116,7 @@ expectWholeStreamOrFiltered(const std::vector<RecordedFrame>& recorded,
   expectWholeStream(recorded, filtered);
 }
 
-TEST(CentralNodeThreads, AllMethodsMayBeCalledWhileFramesArriveInTheirOrder)
+TEST(CentralNodeThreads, FramesComeInOrderOneAtATimeWhateverIsCalled)
 {
   const std::vector<CodedStream> streams = manyStreams();
   FrameRecorder recorder;

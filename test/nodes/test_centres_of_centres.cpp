@@ -149,7 +149,7 @@ compareTopWithOne(Site& site, Time from, Time to)
 
 constexpr Time all_known = 200ms; // by then all streams are, everywhere
 
-TEST(CentresOfCentres, ZonesAreOneCentreAlsoWhileTheyWaitForADeadSensor)
+TEST(CentresOfCentres, ZonesAreOneCentreAndTellOfADeadSensor)
 {
   Site site;
   site.run(400ms);

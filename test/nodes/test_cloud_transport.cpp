@@ -233,7 +233,7 @@ TEST(CloudReceiver, RemovesVoxelsBelowAThresholdIfItHasOne)
     EXPECT_EQ(receiver.health().stream.kept_voxels, kept);
     EXPECT_EQ(receiver.health().stream.voxels, 100u);
   }
-  // Nor has a stream of a node one that is not given any.
+  // Nor does a central node remove any without a threshold.
   CentralNode node({});
   ASSERT_TRUE(node.addStream("a").ok());
   ASSERT_TRUE(node.receive("a", frame, Time(1)).ok());
@@ -288,6 +288,7 @@ TEST(CloudTransport, MessagesHaveTheLayoutThatTheyHad)
     describeFrame(sender.health().node, sender.settings(), described);
     ASSERT_EQ(described.fields.size(), 3u);
     EXPECT_EQ(described.fields[1].name, "z");
+    EXPECT_EQ(described.row_step, cloud.row_step);
   }
 }
 

@@ -126,7 +126,7 @@ framesOf(const Coder& kind)
   ChangingFrames changing(8);
   RoomStream room(roomSettings(5, 8, kind.has_depth_model));
   for (std::size_t i = 0; i < frame_count; ++i)
-    frames.push_back(kind.has_frames_of_changes ? changing.next(i == 5 ? 3000 : 30)
+    frames.push_back(kind.has_frames_of_changes ? changing.next(i == 1 ? 3000 : 30)
                                                 : room.next());
   if (!kind.has_frames_of_changes)
     clearVoxels(frames[2]);

@@ -181,7 +181,7 @@ TEST(NodeParameters, OtherWordsTypesAndListsAreRefused)
         expectRefused(parameter, other);
       }
     }
-  // A word may be empty where that is one.
+  // An empty text is allowed only where it is one of the words.
   EXPECT_EQ(refusal("sensor", ""), "");
   EXPECT_EQ(refusal("effort", ""),
             "effort is ''; it must be one of: fast, balanced, small");

@@ -183,7 +183,7 @@ TEST(OctomapInsertion, VoxelsOfZeroIntensityAreIgnored)
   expectRow(map, 30, {unknown, map.getProbHitLog()});
 }
 
-TEST(OctomapInsertion, RaysMissEachNodeOnce)
+TEST(OctomapInsertion, RaysMissEachNodeOnceAndInnerNodesFollow)
 {
   std::mt19937_64 random(3);
   for (const bool notes_changes : {false, true})

@@ -67,14 +67,15 @@ TEST(SensorNodeTransforms, TheLastOneHoldsForCloudsThatComeWithout)
   EXPECT_EQ(link.node.statistics().compressionRatio(), 0.0);
   for (unsigned int i = 0; i < 3; ++i) {
     link.expectSent(
-        cloudSeenFrom(poseOf(i), 2 * i), poseOf(i), SensorNodeCode::Ok, poseOf(i));
-    link.expectSent(cloudSeenFrom(poseOf(i), 2 * i + 1),
-                    std::nullopt,
-                    SensorNodeCode::UsedLastTransform,
-                    poseOf(i));
+        cloudSeenFrom(poseOf(i), 3 * i), poseOf(i), SensorNodeCode::Ok, poseOf(i));
+    for (const unsigned int seed : {3 * i + 1, 3 * i + 2})
+      link.expectSent(cloudSeenFrom(poseOf(i), seed),
+                      std::nullopt,
+                      SensorNodeCode::UsedLastTransform,
+                      poseOf(i));
   }
-  EXPECT_EQ(link.node.statistics().frames, 6u);
-  EXPECT_EQ(link.node.statistics().frames_with_last_transform, 3u);
+  EXPECT_EQ(link.node.statistics().frames, 9u);
+  EXPECT_EQ(link.node.statistics().frames_with_last_transform, 6u);
   EXPECT_EQ(link.node.statistics().clouds_without_transform, 2u);
 }
 

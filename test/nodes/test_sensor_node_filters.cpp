@@ -22,9 +22,6 @@ namespace sensor_node_filters {
 
 using namespace pcl_ext;
 using namespace pcl_ext::nodes::test;
-using nodes::SensorNode;
-using nodes::SensorNodeSettings;
-using nodes::SensorNodeStatistics;
 
 /** \brief A lidar's cloud of a standing sensor, in which it snows. */
 pcl::PCLPointCloud2
@@ -112,7 +109,7 @@ TEST(SensorNodeLidarOutliers, CloudsWithoutRowsAndNamedUnitsHaveTheirVoxelsJudge
   // What is refused leaves the statistics, and the next cloud is a lidar's again.
   pcl::PCLPointCloud2 invalid = lidarCloud(2);
   invalid.data.pop_back();
-  expectLeftOut(node, invalid, poseOf(0), nodes::SensorNodeCode::InvalidCloud);
+  expectLeftOut(node, invalid, poseOf(0), SensorNodeCode::InvalidCloud);
   EXPECT_FALSE(node.statistics().judged_points);
   encoded(node, lidarCloud(2), poseOf(0));
   EXPECT_TRUE(node.statistics().judged_points);
@@ -282,10 +279,9 @@ TEST_F(SensorNodeOutlierRemoval, UnitsMustFitTheLaw)
   for (const auto& [law, unit, message] : cases) {
     SensorNodeSettings settings = cellSettings(law);
     settings.outlier_removal.emplace().unit = unit;
-    const nodes::SensorNodeStatus status = SensorNode(settings).settingsStatus();
+    const SensorNodeStatus status = SensorNode(settings).settingsStatus();
     EXPECT_EQ(status.message(), message);
-    EXPECT_EQ(status.code() == nodes::SensorNodeCode::InvalidSettings,
-              !message.empty());
+    EXPECT_EQ(status.code() == SensorNodeCode::InvalidSettings, !message.empty());
   }
 }
 
@@ -293,48 +289,54 @@ using SensorNodeTemporalFilter = CellFilters;
 
 TEST_F(SensorNodeTemporalFilter, SendsWhatTheFilterShowsFromTheSensorsPosition)
 {
-  SensorNodeSettings settings = cellSettings(IntensityLaw::Count);
-  settings.compression.i_frame_rate = 1000;
-  SensorNode plain(settings);
-  settings.compression.temporal_filter = 8;
-  settings.outlier_removal.emplace(); // which comes first
-  SensorNode filtering(settings);
-  FrameDecoder plain_decoder;
-  FrameDecoder filtered_decoder;
-  VoxelOutlierRemoval removal({PointsUnit()});
-  TemporalVoxelFilter filter(8);
-  TemporalVoxelFilter without_position(8);
-  SensorPreprocessor<NoIntensity> preprocessor{NoIntensity(0.08)};
-  preprocessor.setSensorPose(Eigen::Isometry3d(pose));
-  bool does_position_matter = false;
-  for (std::uint32_t number = 0; number < 10; ++number) {
-    pcl::PCLPointCloud2 cloud = capture(number);
-    const auto time = 50ms * (number + 1);
-    cloud.header.stamp = std::uint64_t{50000} * (number + 1); // microseconds
-    VoxelFrame expected = decodedWith(plain_decoder, encoded(plain, cloud, pose));
-    const std::size_t voxelized = expected.size();
-    ASSERT_TRUE(removal.filter(expected).ok());
-    VoxelFrame other = expected;
-    pcl::PointCloud<pcl::PointXYZI> points;
-    ASSERT_TRUE(preprocessor.process(cloud, points).ok());
-    io::PointView view;
-    view.coordinates = &points[0].x;
-    view.coordinate_stride = sizeof(points[0]);
-    view.count = points.size();
-    io::SingleBatch batch(view);
-    filter.seeBeyond(batch, cell::cropBox(), position);
-    ASSERT_TRUE(filter.filter(expected, {position, time}).ok());
-    const VoxelFrame sent =
-        decodedWith(filtered_decoder, encoded(filtering, cloud, pose));
-    EXPECT_EQ(sent.keys, expected.keys);
-    EXPECT_EQ(sent.intensities, expected.intensities);
-    ASSERT_TRUE(without_position.filter(other).ok());
-    does_position_matter |= other.keys != expected.keys;
-    const io::FrameStatistics statistics = filtering.statistics().frame;
-    EXPECT_EQ(statistics.voxelization.voxels, voxelized);
-    EXPECT_EQ(statistics.coding.voxels, expected.size());
+  for (const bool removes_outliers : {false, true}) {
+    SCOPED_TRACE(removes_outliers);
+    SensorNodeSettings settings = cellSettings(IntensityLaw::Count);
+    settings.compression.i_frame_rate = 1000;
+    SensorNode plain(settings);
+    settings.compression.temporal_filter = 8;
+    if (removes_outliers) // before the filter
+      settings.outlier_removal.emplace();
+    SensorNode filtering(settings);
+    FrameDecoder plain_decoder;
+    FrameDecoder filtered_decoder;
+    VoxelOutlierRemoval removal({PointsUnit()});
+    TemporalVoxelFilter filter(8);
+    TemporalVoxelFilter without_position(8);
+    SensorPreprocessor<NoIntensity> preprocessor{NoIntensity(0.08)};
+    preprocessor.setSensorPose(Eigen::Isometry3d(pose));
+    bool does_position_matter = false;
+    for (std::uint32_t number = 0; number < 10; ++number) {
+      pcl::PCLPointCloud2 cloud = capture(number);
+      const auto time = 50ms * (number + 1);
+      cloud.header.stamp = std::uint64_t{50000} * (number + 1); // microseconds
+      VoxelFrame expected = decodedWith(plain_decoder, encoded(plain, cloud, pose));
+      const std::size_t voxelized = expected.size();
+      if (removes_outliers) {
+        ASSERT_TRUE(removal.filter(expected).ok());
+      }
+      VoxelFrame other = expected;
+      pcl::PointCloud<pcl::PointXYZI> points;
+      ASSERT_TRUE(preprocessor.process(cloud, points).ok());
+      io::PointView view;
+      view.coordinates = &points[0].x;
+      view.coordinate_stride = sizeof(points[0]);
+      view.count = points.size();
+      io::SingleBatch batch(view);
+      filter.seeBeyond(batch, cell::cropBox(), position);
+      ASSERT_TRUE(filter.filter(expected, {position, time}).ok());
+      const VoxelFrame sent =
+          decodedWith(filtered_decoder, encoded(filtering, cloud, pose));
+      EXPECT_EQ(sent.keys, expected.keys);
+      EXPECT_EQ(sent.intensities, expected.intensities);
+      ASSERT_TRUE(without_position.filter(other).ok());
+      does_position_matter |= other.keys != expected.keys;
+      const io::FrameStatistics statistics = filtering.statistics().frame;
+      EXPECT_EQ(statistics.voxelization.voxels, voxelized);
+      EXPECT_EQ(statistics.coding.voxels, expected.size());
+    }
+    EXPECT_TRUE(does_position_matter);
   }
-  EXPECT_TRUE(does_position_matter);
 }
 
 } // namespace sensor_node_filters

@@ -217,7 +217,7 @@ TEST(SensorNodeRate, CoarseVoxelsAreUnionsOfFineOnes)
   };
   for (const Case& one : {Case{"UTM", far, 0.0, false},
                           Case{"coordinates on a lattice", identity, 0.02, false},
-                          Case{"which voxels follow", identity, 0.05, true}}) {
+                          Case{"voxels that follow a lattice", identity, 0.05, true}}) {
     SCOPED_TRACE(one.what);
     SensorNodeSettings settings = hurriedSettings(IntensityLaw::None);
     settings.compression.use_coordinate_step = one.use_step;

@@ -284,7 +284,7 @@ TEST_P(VoxelChangesOf, AllFramesAddUpAndThoseThatAreLostOrDamagedDoNoHarm)
     BothDecoders decoders;
     std::map<CompressionCode, int> codes;
     std::size_t of_changes = 0;
-    for (unsigned int i = 0; i < 105; ++i) {
+    for (unsigned int i = 0; i < 125; ++i) {
       SCOPED_TRACE(i);
       Bytes bytes = encoded(encoder, scene.next());
       // First a run without losses.

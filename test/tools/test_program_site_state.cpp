@@ -144,7 +144,7 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
   writeClouds("far", clouds);
   Receiving receiving(folder,
                       at(server) + "--merge all --map map.ot --resolution 0.5 "
-                                   "--min-intensity 2 --remove-outliers --unit points");
+                                   "--min-intensity 2 --remove-outliers --unit faces");
   expectRun("send -q room far --rate 20 -r 0.5 --law none" + at(server));
   EXPECT_EQ(receiving.end(SIGINT), 1);
   EXPECT_TRUE(
@@ -153,7 +153,7 @@ TEST_F(ProgramSiteState, WhatIsNotMergedAsItIsIsTold)
       << receiving.errors();
   EXPECT_FALSE(hasPart(receiving.errors(), "/room: Voxels"));
   EXPECT_TRUE(hasPart(receiving.errors(),
-                      "/room: its outliers stay: --unit is points and the "
+                      "/room: its outliers stay: --unit is faces and the "
                       "intensity_law of the stream is none"));
   EXPECT_TRUE(hasPart(receiving.errors(),
                       "/room: its voxels have no intensities, so that --min-intensity "

@@ -102,7 +102,7 @@ TEST_F(ServedFiles, HeadersKeepOtherPagesOut)
     EXPECT_TRUE(hasPart(policy, part));
 }
 
-TEST_F(ServedFiles, RangesHaveTheirBytes)
+TEST_F(ServedFiles, RangesHaveTheirBytesAndOthersAreRefusedOrIgnored)
 {
   expectRange("0-299999", 0, 300'000);
   expectRange("131072-262144", 131'072, 131'073);
