@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
@@ -14,14 +15,16 @@ namespace {
 /** \brief Sensors have at most so many lasers. */
 constexpr std::size_t longest_period = 256;
 
-/** \brief Octaves of the distance of two points, on all axes: about the bits it takes. */
+/** \brief Two to the power of about the bits that the distance of two points takes. */
 double
-bitsBetween(const std::array<double, 3>& a, const std::array<double, 3>& b, double edge)
+sizeBetween(const std::array<double, 3>& a,
+            const std::array<double, 3>& b,
+            double per_metre)
 {
-  double bits = 0.0;
+  double size = 1.0;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    bits += std::log2(1.0 + std::abs(a[axis] - b[axis]) / edge);
-  return bits;
+    size *= 1.0 + std::abs(a[axis] - b[axis]) * per_metre;
+  return size;
 }
 
 /** \brief The fraction of an edge that whole edges are to be added to, so that numbers
@@ -54,15 +57,21 @@ std::uint32_t
 findPointPeriod(const std::vector<std::array<double, 3>>& positions, double edge)
 {
   constexpr std::size_t samples = 128;
-  constexpr double least_gain = 1.0; // bits of a point
+  constexpr std::size_t samples_at_once = 8; // whose product is a number
+  constexpr double least_gain = 1.0;         // bits of a point
   if (positions.size() < 2 * longest_period)
     return 0;
   std::vector<double> bits(longest_period + 1);
+  std::vector<double> sizes(longest_period + 1, 1.0);
   for (std::size_t sample = 0; sample < samples; ++sample) {
     const std::size_t point =
         longest_period + sample * (positions.size() - longest_period) / samples;
     for (std::size_t period = 1; period <= longest_period; ++period)
-      bits[period] += bitsBetween(positions[point], positions[point - period], edge);
+      sizes[period] *=
+          sizeBetween(positions[point], positions[point - period], 1.0 / edge);
+    if (sample % samples_at_once == samples_at_once - 1)
+      for (std::size_t period = 1; period <= longest_period; ++period)
+        bits[period] += std::log2(std::exchange(sizes[period], 1.0));
   }
   const auto best = std::min_element(bits.begin() + 1, bits.end());
   return *best + least_gain * samples < bits[1]

@@ -27,7 +27,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 std::vector<PixelPoint>
 usefulPoints(const std::vector<PixelPoint>& points, const Eigen::Vector3d& place)
 {
-  constexpr std::size_t enough = 4096;
+  constexpr std::size_t enough = 2048;
   constexpr std::size_t least_points_of_row = 12;
   std::vector<PixelPoint> there;
   for (const PixelPoint& point : points)
@@ -158,7 +158,7 @@ solvePose(const std::vector<PixelPoint>& points, const Extent& extent)
 
 /** \brief Rays of rows as they are seen from a pose. */
 struct SeenRows {
-  std::vector<TurnPoint> points; // each in a column of its own
+  std::vector<TurnPoint> points; // of unknown columns
   std::vector<RowFit> rows;
   double off = infinity; // half of the points are nearer to their rays, radians
 
@@ -171,8 +171,7 @@ struct SeenRows {
       rows.resize(std::max<std::size_t>(rows.size(), point.row + 1));
       if (const double distance = seen.position.head<2>().norm();
           distance > least_distance && std::isfinite(distance))
-        points.emplace_back(
-            seen, static_cast<std::uint32_t>(points.size()), 1.0, TurnMotion());
+        points.emplace_back(seen, 0, 1.0, TurnMotion());
     }
     if (points.size() < least_points)
       return;
@@ -186,11 +185,8 @@ struct SeenRows {
   WorldPose
   improvement()
   {
-    std::vector<double> azimuths; // tell nothing
-    for (const TurnPoint& point : points)
-      azimuths.push_back(point.azimuth);
     TurnMotion motion; // at time 1
-    improveMotion(points, rows, azimuths, motion);
+    improveMotion(points, rows, {}, motion);
     WorldPose pose = WorldPose::Identity();
     pose.translate(motion.shift + motion.velocity);
     pose.rotate(Eigen::AngleAxisd(motion.spin.norm(), motion.spin.normalized()));

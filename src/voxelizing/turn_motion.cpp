@@ -8,12 +8,28 @@
 
 namespace pcl_ext::PCL_EXT_ABI::io {
 
+double
+heightOff(const TurnPoint& point, const std::vector<RowFit>& rows)
+{
+  const RowFit& row = rows[point.row];
+  return (point.position.z() - row.up) * row.run - point.distance * row.rise;
+}
+
+double
+angleOff(const TurnPoint& point,
+         const std::vector<RowFit>& rows,
+         const std::vector<double>& columns)
+{
+  return wrapped(point.azimuth - rows[point.row].angle - columns[point.column]);
+}
+
 namespace {
 
 /** \brief Numbers of a motion that are found: velocity, spin about x and y, shift along x
  * and y. What else there is, columns and rows take. */
 constexpr int unknown_count = 7;
 using Equation = Eigen::Matrix<double, unknown_count + 1, 1>; // and what it is off
+using Square = Eigen::Matrix<double, unknown_count + 1, unknown_count + 1>;
 
 /** \brief How a point's distance from its rays changes with the motion, along a direction
  * in which it is measured. */
@@ -85,22 +101,70 @@ areNear(std::vector<double> values, double times)
   return are;
 }
 
+Square
+sumOfSquares(const std::vector<Equation>& equations, const std::vector<bool>& is_used)
+{
+  Square sum = Square::Zero();
+  for (std::size_t i = 0; i < equations.size(); ++i)
+    if (is_used[i])
+      sum += equations[i] * equations[i].transpose();
+  return sum;
+}
+
+/** \brief Equations of how far points are above the rays of their rows. */
+Square
+squaresOfHeights(const std::vector<TurnPoint>& points, const std::vector<RowFit>& rows)
+{
+  std::vector<Equation> equations;
+  std::vector<double> off;
+  equations.reserve(points.size());
+  off.reserve(points.size());
+  for (const TurnPoint& point : points) {
+    const RowFit& row = rows[point.row];
+    const double x = point.position.x() / point.distance;
+    const double y = point.position.y() / point.distance;
+    const double range = point.position.norm();
+    off.push_back(heightOff(point, rows) / range);
+    equations.push_back(
+        equationOf(point,
+                   Eigen::Vector3d(-row.rise * x, -row.rise * y, row.run) / range,
+                   off.back()));
+  }
+  const std::vector<bool> is_used = areNear(off, 4.0);
+  removeRows(points, rows.size(), is_used, equations);
+  return sumOfSquares(equations, is_used);
+}
+
+/** \brief Equations of the angles of points against those of their columns and rows. */
+Square
+squaresOfAngles(const std::vector<TurnPoint>& points,
+                const std::vector<RowFit>& rows,
+                const std::vector<double>& columns)
+{
+  std::vector<Equation> equations;
+  std::vector<double> off;
+  equations.reserve(points.size());
+  off.reserve(points.size());
+  for (const TurnPoint& point : points) {
+    const double x = point.position.x() / point.distance;
+    const double y = point.position.y() / point.distance;
+    off.push_back(angleOff(point, rows, columns));
+    equations.push_back(
+        equationOf(point, Eigen::Vector3d(-y, x, 0.0) / point.distance, off.back()));
+  }
+  const std::vector<bool> is_used = areNear(off, 5.0);
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    removeMeans(points, columns.size(), is_used, equations, [](const TurnPoint& point) {
+      return point.column;
+    });
+    removeMeans(points, rows.size(), is_used, equations, [](const TurnPoint& point) {
+      return point.row;
+    });
+  }
+  return sumOfSquares(equations, is_used);
+}
+
 } // namespace
-
-double
-heightOff(const TurnPoint& point, const std::vector<RowFit>& rows)
-{
-  const RowFit& row = rows[point.row];
-  return (point.position.z() - row.up) * row.run - point.distance * row.rise;
-}
-
-double
-angleOff(const TurnPoint& point,
-         const std::vector<RowFit>& rows,
-         const std::vector<double>& columns)
-{
-  return wrapped(point.azimuth - rows[point.row].angle - columns[point.column]);
-}
 
 double
 improveMotion(std::vector<TurnPoint>& points,
@@ -108,47 +172,9 @@ improveMotion(std::vector<TurnPoint>& points,
               const std::vector<double>& columns,
               TurnMotion& motion)
 {
-  std::vector<Equation> heights;
-  std::vector<Equation> angles;
-  std::vector<double> height_off;
-  std::vector<double> angle_off;
-  heights.reserve(points.size());
-  angles.reserve(points.size());
-  height_off.reserve(points.size());
-  angle_off.reserve(points.size());
-  for (const TurnPoint& point : points) {
-    const RowFit& row = rows[point.row];
-    const double x = point.position.x() / point.distance;
-    const double y = point.position.y() / point.distance;
-    const double range = point.position.norm();
-    height_off.push_back(heightOff(point, rows) / range);
-    heights.push_back(
-        equationOf(point,
-                   Eigen::Vector3d(-row.rise * x, -row.rise * y, row.run) / range,
-                   height_off.back()));
-    angle_off.push_back(angleOff(point, rows, columns));
-    angles.push_back(equationOf(
-        point, Eigen::Vector3d(-y, x, 0.0) / point.distance, angle_off.back()));
-  }
-  const std::vector<bool> use_height = areNear(height_off, 4.0);
-  const std::vector<bool> use_angle = areNear(angle_off, 5.0);
-  removeRows(points, rows.size(), use_height, heights);
-  for (int sweep = 0; sweep < 4; ++sweep) {
-    removeMeans(points, columns.size(), use_angle, angles, [](const TurnPoint& point) {
-      return point.column;
-    });
-    removeMeans(points, rows.size(), use_angle, angles, [](const TurnPoint& point) {
-      return point.row;
-    });
-  }
-  using Square = Eigen::Matrix<double, unknown_count + 1, unknown_count + 1>;
-  Square sum = Square::Zero();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (use_height[i])
-      sum += heights[i] * heights[i].transpose();
-    if (use_angle[i])
-      sum += angles[i] * angles[i].transpose();
-  }
+  Square sum = squaresOfHeights(points, rows);
+  if (!columns.empty())
+    sum += squaresOfAngles(points, rows, columns);
   const Eigen::Matrix<double, unknown_count, 1> step =
       solveLeastSquares(sum.topLeftCorner<unknown_count, unknown_count>(),
                         sum.topRightCorner<unknown_count, 1>());

@@ -80,7 +80,7 @@ angleOff(const TurnPoint& point,
  * columns: least squares of the angles that they are off.
  * \param[in,out] points are placed by the motion
  * \param[in] rows fitted to them
- * \param[in] columns angles of them, radians
+ * \param[in] columns angles of them, radians; empty: only heights are compared
  * \param[in,out] motion the one before
  * \return how far the step moves points that are some metres away, at most, metres
  */

@@ -48,7 +48,11 @@ public:
   SequencePass(std::uint32_t width,
                const std::vector<std::uint32_t>& pixels,
                std::vector<Steps>& positions)
-  : width_(width), pixels_(pixels), positions_(positions), errors_(pixels.size())
+  : width_(width)
+  , pixels_(pixels)
+  , positions_(positions)
+  , errors_(pixels.size())
+  , distances_(pixels.size())
   {}
 
   /** \brief Codes all points.
@@ -165,22 +169,17 @@ private:
     return static_cast<std::int64_t>(root);
   }
 
-  /** \brief What a coordinate is expected to be.
-   * \param[in] lead of the point: which one, and from `count` on along the ray to it
-   * \param[in] distance of a position, which coordinates along a ray are proportional to
-   */
-  template <std::size_t count, class DistanceT>
-  static std::int32_t
-  expectFrom(std::size_t lead,
-             const Leads<count>& leads,
-             std::size_t axis,
-             const Steps& position,
-             const DistanceT& distance)
+  /** \brief distanceFromAxis() of a lead; those of points are known. */
+  template <std::size_t count>
+  std::int64_t
+  distanceOfLead(std::size_t lead,
+                 const Leads<count>& leads,
+                 std::size_t point,
+                 std::size_t up) const
   {
-    if (lead < count)
-      return leads[lead][axis];
-    const Steps& on_ray = leads[lead - count];
-    return scaled(on_ray[axis], distance(position), distance(on_ray));
+    if (lead % 2 == 1 || point == 0)
+      return distanceFromAxis(leads[lead]);
+    return distances_[lead == 0 || up == none ? point - 1 : up];
   }
 
   template <std::size_t count>
@@ -192,9 +191,17 @@ private:
     const std::size_t first = std::abs(leads[0][1]) > std::abs(leads[0][0]) ? 1 : 0;
     Steps& position = positions_[point];
     std::uint32_t own_error = 0;
-    const auto code = [&](auto place, std::size_t axis, const auto& distance) {
+    // From `count` on leads are the rays to them, along which coordinates are in
+    // proportion to a distance.
+    const auto code = [&](auto place,
+                          std::size_t axis,
+                          std::int64_t distance,
+                          const auto& distance_of_lead) {
       const auto expect = [&](std::size_t lead) {
-        return expectFrom<count>(lead, leads, axis, position, distance);
+        return lead < count ? leads[lead][axis]
+                            : scaled(leads[lead - count][axis],
+                                     distance,
+                                     distance_of_lead(lead - count));
       };
       const std::size_t context =
           contextOf(place, earlierError(place, point, up), own_error);
@@ -207,11 +214,20 @@ private:
       return error <= 2u * most;
     };
     using std::integral_constant;
-    const auto nothing = [](const Steps&) { return std::int64_t{0}; };
-    const auto along = [first](const Steps& at) { return std::int64_t{at[first]}; };
-    return code(integral_constant<std::size_t, 0>(), first, nothing) &&
-           code(integral_constant<std::size_t, 1>(), 1 - first, along) &&
-           code(integral_constant<std::size_t, 2>(), 2, distanceFromAxis);
+    const auto along_first = [&](std::size_t lead) {
+      return std::int64_t{leads[lead][first]};
+    };
+    const auto from_axis = [&](std::size_t lead) {
+      return distanceOfLead<count>(lead, leads, point, up);
+    };
+    if (!code(integral_constant<std::size_t, 0>(), first, 0, along_first) ||
+        !code(integral_constant<std::size_t, 1>(),
+              1 - first,
+              position[first],
+              along_first))
+      return false;
+    distances_[point] = distanceFromAxis(position);
+    return code(integral_constant<std::size_t, 2>(), 2, distances_[point], from_axis);
   }
 
   std::uint32_t
@@ -290,7 +306,8 @@ private:
   const std::vector<std::uint32_t>& pixels_;
   std::vector<Steps>& positions_;
   std::vector<std::array<std::uint32_t, 3>> errors_;
-  std::array<std::size_t, 2> above_{}; // points that were looked for last
+  std::vector<std::int64_t> distances_; // of the points before, from the axis
+  std::array<std::size_t, 2> above_{};  // points that were looked for last
   std::array<std::array<std::uint32_t, 2 * most_leads>, 3> costs_{};
   std::array<std::size_t, 3> best_{}; // lead of each coordinate
 };
