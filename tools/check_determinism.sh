@@ -47,16 +47,20 @@ tests="test/stream/test_golden_streams.cpp test/bytes/test_byte_io.cpp
 gtest=/usr/src/googletest/googletest # comes as source with Debian
 eigen=$(pkg-config --cflags eigen3 2> /dev/null || echo -I/usr/include/eigen3)
 
-# One unit of all sources, as else most of the time would go into the standard library's
-# headers; GoogleTest in another, not optimised; files for AVX2 by themselves.
+# One unit of all sources and one of all tests, as else most of the time would go into the
+# standard library's headers; GoogleTest in another, not optimised; files for AVX2 by
+# themselves.
 avx2="src/voxelizing/locate_points_avx2.cpp test/simd/lanes_computation_avx2.cpp"
+{
+  printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,rate,stream,outliers} \
+    -name '*.cpp' ! -name '*_avx2.cpp' | sort)
+  echo 'static_assert(std::is_same_v<pcl_ext::NativeLanes, pcl_ext::LANES>);'
+} > "$out/codec.cpp"
 {
   echo '#define PCL_EXT_TEST_DATA "test/data"'
   # shellcheck disable=SC2086
-  printf '#include "%s"\n' $(find src/{bytes,voxels,voxelizing,codec,rate,stream,outliers} \
-    -name '*.cpp' ! -name '*_avx2.cpp' | sort) $tests
-  echo 'static_assert(std::is_same_v<pcl_ext::NativeLanes, pcl_ext::LANES>);'
-} > "$out/codec.cpp"
+  printf '#include "%s"\n' $tests
+} > "$out/tests.cpp"
 printf '#include "src/%s"\n' gtest-all.cc gtest_main.cc > "$out/googletest.cpp"
 
 check() {
@@ -71,6 +75,7 @@ check() {
   # shellcheck disable=SC2086
   $compiler $flags -O0 -c "$out/googletest.cpp" -o "$program.googletest.o" &&
     $compiler $flags -DLANES="$lanes" -c "$out/codec.cpp" -o "$program.codec.o" &&
+    $compiler $flags -c "$out/tests.cpp" -o "$program.tests.o" &&
     for file in $avx2; do
       $compiler $flags -c "$file" -o "$program.${file//\//.}.o" || return 1
     done &&
