@@ -65,7 +65,7 @@ printf '#include "src/%s"\n' gtest-all.cc gtest_main.cc > "$out/googletest.cpp"
 
 check() {
   local lanes=$1 runner=$2 compiler=$3 program=$out/$BASHPID start=$SECONDS
-  local zlib=-lz flags="-std=c++17 -w -I. -Iinclude -Isrc -Itest -I$gtest -I$gtest/include $eigen"
+  local zlib=-lz flags="-std=c++17 -w -DPCL_EXT_STATIC -I. -Iinclude -Isrc -Itest -I$gtest -I$gtest/include $eigen"
   case $compiler in # Debian has no zlib for them
     *--target=*) zlib= flags+=" -Isrc/platforms" ;;
   esac

@@ -24,6 +24,8 @@ bash "$root/tools/fetch_nats_server.sh" > /dev/null ||
   echo "test.sh: the tests of Link, ProgramSite and ProgramCentres will fail" >&2
 script -qec true /dev/null > /dev/null 2>&1 < /dev/null ||
   echo "test.sh: no /dev/pts is mounted; tests of ProgramOptions that need a terminal will fail" >&2
-cmake --build "$root/build-test" -j "${PCL_EXT_JOBS:-2}"
+jobs=${PCL_EXT_JOBS:-2}
+cmake --build "$root/build-test" -j "$jobs"
 cd "$root/build-test"
-exec ctest --output-on-failure -j "${PCL_EXT_JOBS:-2}" "$@"
+# One more than there are processors, as some tests wait for programs.
+exec ctest --output-on-failure -j $((jobs + 1)) "$@"

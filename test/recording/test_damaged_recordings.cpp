@@ -205,7 +205,7 @@ TEST_P(DamagedRecording, ThatIsCutAnywhereIsReadUpToTheLastWholeFrame)
 INSTANTIATE_TEST_SUITE_P(
     Of,
     DamagedRecording,
-    ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 3},
+    ::testing::Values(Container{"cell.mcap", "cell.mcap", 2, true, 7},
                       Container{"cell", "cell/cell_0.mcap", 1, true, 13},
                       Container{"sensor.pcxi", "sensor.pcxi", 1, false, 1}));
 
