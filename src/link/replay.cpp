@@ -274,6 +274,11 @@ keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
   config.SubjectsLen = static_cast<int>(subjects.size());
   if (settings.max_age)
     config.MaxAge = std::chrono::nanoseconds(*settings.max_age).count();
+  // A server refuses a longer time in which it looks for repeated messages.
+  const std::int64_t usual_duplicates =
+      std::chrono::nanoseconds(std::chrono::minutes(2)).count();
+  config.Duplicates =
+      config.MaxAge > 0 ? std::min(config.MaxAge, usual_duplicates) : usual_duplicates;
   if (settings.max_bytes)
     config.MaxBytes =
         *settings.max_bytes == 0 ? -1 : static_cast<std::int64_t>(*settings.max_bytes);

@@ -113,7 +113,7 @@ RateControl::status() const
 
 /** \brief Whether there is no room for what the next frame is expected to be. Where the
  * buffer is empty it is tried: on a new step at once, else once a second, as frames may
- * have become smaller. */
+ * have become smaller. So is the first P-frame, of which nothing is known. */
 bool
 RateControl::isShort(bool is_i_frame) const
 {
@@ -122,6 +122,8 @@ RateControl::isShort(bool is_i_frame) const
   if (budget_.isEmpty())
     return time_ < next_try_ && !choice_.hasChanged();
   const RateEstimate& estimate = choice_.estimate();
+  if (!is_i_frame && !estimate.knowsPFrames())
+    return false;
   // Where clouds are left out in any case, those that are sent need not wait, too.
   if (choice_.load() > 1.0 && budget_.backlog() > estimate.interval())
     return true;

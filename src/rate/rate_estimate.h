@@ -111,6 +111,13 @@ public:
     return p_frame_.count > 0 ? p_frame_.value : i_frame_.value * p_frame_of_i_frame;
   }
 
+  /** \brief Whether the size of P-frames is more than a guess. */
+  bool
+  knowsPFrames() const
+  {
+    return p_frame_.count > 0;
+  }
+
   /** \brief If no cloud is left out, and frames take a multiple; 0: not known. */
   double
   bytesPerSecond(const FrameRatios& ratios = FrameRatios()) const

@@ -69,6 +69,23 @@ TEST(RateControl, WhatFitsStaysAsItIs)
   EXPECT_EQ(unlimited.status().reason, "at the start of the stream");
 }
 
+TEST(RateControl, TheFirstPFrameIsTriedAsItMayBeSmall)
+{
+  RateControl control(limitedSettings(), true, false, std::nullopt);
+  const auto encode = [&control](std::size_t bytes, bool is_i_frame) {
+    return control.endFrame(bytes, is_i_frame, 1ms, VoxelGrid(), SensorMotion::Unknown);
+  };
+  // Of 31,250 bytes of the buffer 12,500 still wait when the second cloud comes.
+  EXPECT_TRUE(control.beginCloud(0ms, true));
+  EXPECT_TRUE(encode(25'000, true));
+  EXPECT_TRUE(control.beginCloud(100ms, false));
+  EXPECT_TRUE(encode(8'000, false));
+  EXPECT_TRUE(control.beginCloud(200ms, false));
+  EXPECT_TRUE(encode(8'000, false));
+  EXPECT_EQ(control.status().changes, 0u);
+  EXPECT_EQ(control.status().clouds_left_out, 0u);
+}
+
 TEST(RateControl, AnOverloadIsEndedWithinTwoSecondsAndTheStepTakenBackLater)
 {
   for (const double load : {1.2, 2.0, 3.0, 5.0, 20.0, 50.0}) {

@@ -65,8 +65,8 @@ TEST(SurfaceClosure, FollowsItsDefinitionInARoomWithNoise)
         closed.insert(i);
     EXPECT_EQ(closure.closedAt(number), closed.size()) << edges[number];
   }
-  EXPECT_GT(closure.holesAt(1), closure.holesAt(2));
-  EXPECT_EQ(closure.holesAt(4), 0.0);
+  EXPECT_GT(closure.holesAt(1, 4), closure.holesAt(2, 4));
+  EXPECT_EQ(closure.holesAt(4, 4), 0.0);
 }
 
 TEST(SurfaceClosure, APlaneClosesWhereVoxelsAreAsLargeAsTheSpacing)
@@ -82,8 +82,8 @@ TEST(SurfaceClosure, APlaneClosesWhereVoxelsAreAsLargeAsTheSpacing)
   EXPECT_EQ(closure.closedAt(0), 0u);
   // Of 40 columns three are in the voxels at the border.
   EXPECT_EQ(closure.closedAt(1), 37u * 37u);
-  EXPECT_EQ(closure.holesAt(0), 1.0);
-  EXPECT_EQ(closure.holesAt(1), 0.0);
+  EXPECT_EQ(closure.holesAt(0, 1), 1.0);
+  EXPECT_EQ(closure.holesAt(1, 1), 0.0);
 }
 
 TEST(SurfaceClosure, PointsApartAreNoSurface)
@@ -93,7 +93,7 @@ TEST(SurfaceClosure, PointsApartAreNoSurface)
   points.emplace_back(3e38f, -3e38f, 1.0f);
   SurfaceClosure closure({0.001, 10.0});
   closure.add(points);
-  EXPECT_EQ(closure.holesAt(1), 1.0);
+  EXPECT_EQ(closure.holesAt(1, 1), 1.0);
 }
 
 /** \brief Three edges with kbit/s of fast, balanced and small; one has holes. */

@@ -97,6 +97,24 @@ TEST_F(ProgramAdvise, PointsThatAreKeptHaveFineVoxels)
   EXPECT_EQ(linesWith(kept.output, "| 0.001 * ").size(), 1u) << kept.output;
 }
 
+TEST_F(ProgramAdvise, PointsThatCoincideAreNoSurface)
+{
+  auto clouds = roomClouds(1);
+  writeClouds("room", clouds);
+  for (std::size_t i = clouds[0].size() / 5; i > 0; --i)
+    clouds[0].push_back(pcl::PointXYZI());
+  writeClouds("missing", clouds);
+  const auto holes = [this](const std::string& input, const std::string& edge) {
+    const ProgramRun result = run("advise -q -e fast --rate 1 " + input);
+    std::vector<std::string> lines = linesWith(result.output, "| " + edge);
+    return lines.at(0).substr(lines[0].find('|', lines[0].find('|', 1) + 1), 10);
+  };
+  EXPECT_EQ(holes("missing", "0.05"), holes("room", "0.05"));
+  // Of one edge the same, also of a larger one than is tried else.
+  EXPECT_EQ(holes("room -r 0.05", "0.05"), holes("room", "0.05"));
+  EXPECT_NE(holes("room -r 1", "1"), "| 0.0 %  |");
+}
+
 TEST_F(ProgramAdvise, LeavesOutEdgesAtWhichOutliersAreNotRemoved)
 {
   writeClouds("room", roomClouds(2));

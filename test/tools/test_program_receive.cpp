@@ -130,6 +130,13 @@ TEST_F(ProgramSite, ReplaysWhatTheServerKeeps)
     expectRun("receive -q --replay " + from + " -o " + from + ".mcap" + at(keeping));
     expectTwoStreams(folder / (from + ".mcap"), sent);
   }
+  // Less than the two minutes in which a server looks for repeated messages.
+  EXPECT_EQ(
+      expectRun("keep --max-age 90s --max-size 5MB" + at(keeping))
+          .output.rfind("the server keeps the frames of site cell of the last 1.5 "
+                        "min, up to 5 MB; now ",
+                        0),
+      0u);
 }
 
 std::string

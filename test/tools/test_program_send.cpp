@@ -1,5 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
+#include "tools/cloud_bags.h"
 #include "tools/site_program.h"
 
 #include <gtest/gtest.h>
@@ -97,6 +98,26 @@ TEST_F(ProgramSite, PassesOnWhatAnotherProgramEncodes)
   EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
   EXPECT_EQ(bytesOf(folder / "received.pcxi"), bytesOf(folder / "sent.pcxi"));
   EXPECT_TRUE(hasPart(receiving.output(), "nodes written to map.ot"));
+}
+
+TEST_F(ProgramSite, TimesAreThoseOfTheCloudsNotOfTheirRecording)
+{
+  constexpr std::size_t clouds = 3;
+  writeBag(folder / "clouds.mcap", clouds);
+  expectRun("encode -q clouds.mcap -o frames.mcap");
+  for (const std::string input : {"clouds", "frames"}) {
+    const std::string output = input + "_received.mcap";
+    Receiving receiving(folder, at(server) + "-o " + output);
+    expectRun("send -q " + input + ".mcap" + at(server));
+    EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
+    for (const DecodedStream& stream : decode(folder / output)) {
+      ASSERT_EQ(stream.frames.size(), clouds) << stream.name;
+      for (std::size_t i = 0; i < clouds; ++i) {
+        EXPECT_EQ(stream.frames[i].stamp, stampOf(i));
+        EXPECT_EQ(stream.frames[i].time, stampOf(i));
+      }
+    }
+  }
 }
 
 TEST_F(ProgramSite, WhatIsKeptBeginsWithAnIFrame)

@@ -99,6 +99,7 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
       {room + "--i-frame-every soon", "--i-frame-every: 'soon' is no number with a"},
       {room + "-l native --remove-outliers --unit faces",
        "--unit is faces and --law is native, whose"},
+      {room + "--unit faces --remove-outliers", "--unit is faces and --law is count"},
       {room + "-l count --aggregation mean",
        "--aggregation is mean; it must be sum or automatic with --law count"},
       {room + "--pose 0,0,0,0,0,0 --pose 1,0,0,0,0,0", "--pose is given twice"},

@@ -12,7 +12,10 @@
 #include "streams/stream_encoder.h"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 namespace pcl_ext::tools {
 
@@ -93,6 +96,29 @@ pointsOf(const pcl::PCLPointCloud2& cloud,
   return points;
 }
 
+/** \brief Leaves one of points that coincide, as missing ones at the sensor do, which are
+ * no surface. */
+void
+removeRepeated(Points& points)
+{
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto place = [&points](std::size_t i) {
+    return std::make_tuple(points[i].x, points[i].y, points[i].z);
+  };
+  std::sort(order.begin(), order.end(), [&place](std::size_t a, std::size_t b) {
+    return std::make_pair(place(a), a) < std::make_pair(place(b), b);
+  });
+  std::vector<bool> is_repeated(points.size(), false);
+  for (std::size_t i = 1; i < order.size(); ++i)
+    is_repeated[order[i]] = place(order[i]) == place(order[i - 1]);
+  Points others;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!is_repeated[i])
+      others.push_back(points[i]);
+  points.swap(others);
+}
+
 /** \brief The points of up to three clouds with points. */
 std::vector<Points>
 sampleClouds(const EncodingOptions& options, const HeldClouds& stream)
@@ -103,6 +129,7 @@ sampleClouds(const EncodingOptions& options, const HeldClouds& stream)
   for (std::size_t i = 0; i < stream.clouds.size() && samples.size() < most;
        i += step) {
     Points points = pointsOf(stream.clouds[i], options, stream.name);
+    removeRepeated(points);
     if (!points.empty())
       samples.push_back(std::move(points));
   }
@@ -122,7 +149,12 @@ placeOfSpacing(const std::vector<double>& edges, const Points& points)
   return place;
 }
 
-/** \brief Edges to try, at even places; at odd ones those between them. The last one is
+/** \brief Number of round edges from one to that of ten times its length. */
+constexpr std::size_t edges_to_tenfold = 8;
+
+constexpr std::size_t largest_usual = 2 * (usual_edges - 1);
+
+/** \brief Edges to try, at even places; at odd ones those between them. Further ones are
  * only to judge surfaces. */
 std::vector<double>
 edgesFor(const TrialOptions& options, const Points& points)
@@ -133,10 +165,17 @@ edgesFor(const TrialOptions& options, const Points& points)
           ? edges.begin()
           : edges.begin() + static_cast<std::ptrdiff_t>(placeOfSpacing(edges, points));
   edges.erase(edges.begin(), spacing);
-  edges.resize(std::min(edges.size(), 2 * most_edges + 1));
-  if (options.edge)
-    edges.insert(std::lower_bound(edges.begin(), edges.end(), *options.edge),
-                 *options.edge);
+  std::size_t last = 2 * (most_edges - 1) + edges_to_tenfold;
+  if (options.edge) {
+    const auto place = std::lower_bound(edges.begin(), edges.end(), *options.edge);
+    last = std::max(static_cast<std::size_t>(place - edges.begin()), largest_usual) +
+           edges_to_tenfold;
+    if (place == edges.end() || *place != *options.edge) {
+      edges.insert(place, *options.edge);
+      ++last;
+    }
+  }
+  edges.resize(std::min(edges.size(), last + 1));
   return edges;
 }
 
@@ -266,7 +305,11 @@ tryEdges(const TrialOptions& options,
          StreamTrials& trials)
 {
   const auto add = [&](std::size_t place) {
-    tried.add(edges[place], closure.holesAt(place), trials);
+    // Surfaces are closed at ten times the largest usual edge, and this.
+    const std::size_t closed =
+        options.edge ? edges.size() : std::max(place, largest_usual) + edges_to_tenfold;
+    const double holes = closure.holesAt(place, std::min(closed, edges.size() - 1));
+    tried.add(edges[place], holes, trials);
     if (!trials.edges.empty())
       trials.choice = choose(trials.edges, trials.limits);
   };

@@ -130,9 +130,9 @@ SurfaceClosure::add(const Points& points)
 }
 
 double
-SurfaceClosure::holesAt(std::size_t number) const
+SurfaceClosure::holesAt(std::size_t number, std::size_t last) const
 {
-  const std::size_t judged = closed_.back();
+  const std::size_t judged = closed_[last];
   return judged == 0
              ? 1.0
              : 1.0 - static_cast<double>(closed_[number]) / static_cast<double>(judged);

@@ -37,8 +37,7 @@ occupiedVoxels(const Points& points, double edge);
  */
 class SurfaceClosure {
 public:
-  /** \param[in] edges voxel edges, ascending, metres; the last one decides what a surface
-   * is */
+  /** \param[in] edges voxel edges, ascending, metres */
   explicit SurfaceClosure(const std::vector<double>& edges);
 
   /** \brief Adds some 4,000 of the points of a cloud, all finite; all if it has fewer. */
@@ -55,9 +54,11 @@ public:
   }
 
   /** \brief Share of the surfaces' points that close only at larger edges, 0 to 1; 1 if
-   * there is no surface. */
+   * there is no surface.
+   * \param[in] last number of the edge at which the points of surfaces are closed
+   */
   double
-  holesAt(std::size_t number) const;
+  holesAt(std::size_t number, std::size_t last) const;
 
 private:
   std::vector<double> edges_;

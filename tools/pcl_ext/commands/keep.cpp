@@ -13,10 +13,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <initializer_list>
+#include <iterator>
 #include <memory>
-#include <ratio>
 #include <sstream>
 #include <string>
+#include <utility>
 
 namespace pcl_ext::tools {
 
@@ -50,20 +52,34 @@ requestIFrames(const link::LinkSettings& link)
     subscriber.next(frame, patience);
 }
 
+/** \brief A number with the largest unit of which there is one.
+ * \param[in] units how many of the number they are, and names; descending, the last of 1
+ */
+std::string
+withUnit(double number, std::initializer_list<std::pair<double, const char*>> units)
+{
+  const auto* const unit =
+      std::find_if(units.begin(), std::prev(units.end()), [number](const auto& one) {
+        return number >= one.first;
+      });
+  std::ostringstream text;
+  text << number / unit->first << ' ' << unit->second;
+  return text.str();
+}
+
 /** \brief Such as "of the last 24 h, up to 2 GB". */
 std::string
 describeLimits(const link::KeptFrames& kept)
 {
-  using Hours = std::chrono::duration<double, std::ratio<3600>>;
-  constexpr double gigabyte = 1e9;
-  std::ostringstream text;
-  if (kept.max_age == link::Time(0))
-    text << "of any age";
-  else
-    text << "of the last " << Hours(kept.max_age).count() << " h";
+  using Seconds = std::chrono::duration<double>;
+  std::string text = "of any age";
+  if (kept.max_age > link::Time(0))
+    text = "of the last " + withUnit(Seconds(kept.max_age).count(),
+                                     {{3600.0, "h"}, {60.0, "min"}, {1.0, "s"}});
   if (kept.max_bytes > 0)
-    text << ", up to " << static_cast<double>(kept.max_bytes) / gigabyte << " GB";
-  return text.str();
+    text += ", up to " + withUnit(static_cast<double>(kept.max_bytes),
+                                  {{1e9, "GB"}, {1e6, "MB"}, {1e3, "kB"}, {1.0, "B"}});
+  return text;
 }
 
 } // namespace

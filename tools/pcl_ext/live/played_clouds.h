@@ -253,7 +253,10 @@ private:
       requests_[*stream.number].countFrame();
     figures_.addCloud(*stream.number, stream.encoder.statistics());
     const auto start = RealTime::Clock::now();
-    output.publish(*stream.number, cloud.message.log_time, std::move(bytes));
+    const bool is_stamped = cloud.stamp != recording::Time(0);
+    output.publish(*stream.number,
+                   is_stamped ? cloud.stamp : cloud.message.log_time,
+                   std::move(bytes));
     blocked_ += RealTime::Clock::now() - start;
     ++frames_;
   }

@@ -49,8 +49,11 @@ playRecording(recording::RecordingReader& reader,
                   static_cast<double>(frame.number) / rate));
     // Frames that are late are sent, as those after them need them.
     pace.waitFor(time, meanwhile);
+    const bool is_stamped = frame.stamp != recording::Time(0);
     if (!isInterrupted())
-      output.publish(numbers[frame.stream], time, std::move(frame.bytes));
+      output.publish(numbers[frame.stream],
+                     is_stamped ? frame.stamp : time,
+                     std::move(frame.bytes));
   }
   output.end();
   failures.finish();

@@ -235,13 +235,17 @@ EncodingOptions::check() const
   checkEffects();
   if (has_budget_)
     checkBudget();
-  // The law of a stream follows from its clouds; these checks hold for any that it may
-  // be.
+  const auto fault_of = [this](IntensityLaw law) -> std::string {
+    const nodes::SensorNode node(nodeSettings(law, {}));
+    return node.settingsStatus().ok() ? "" : messageOf(node.settingsStatus());
+  };
+  // Where clouds tell the law of a stream it is one of two; what one of them refuses is
+  // known then.
   const IntensityLaw usual =
       codec_.keep_order ? IntensityLaw::Native : IntensityLaw::Count;
-  const nodes::SensorNode node(nodeSettings(law_.value_or(usual), {}));
-  if (!node.settingsStatus().ok())
-    throw UsageError(messageOf(node.settingsStatus()));
+  const std::string fault = fault_of(law_.value_or(usual));
+  if (!fault.empty() && (law_ || !fault_of(IntensityLaw::Native).empty()))
+    throw UsageError(fault);
 }
 
 IntensityLaw

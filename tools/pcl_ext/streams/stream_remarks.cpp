@@ -262,10 +262,7 @@ StreamEncoder::budgetRemark() const
   return "rate control, " + counted(status.changes, "change") +
          ", at the end: " + status.choice +
          (status.changes > 0 ? ", as " + status.reason : "") +
-         (status.not_kept.empty() ? "" : "; " + status.not_kept) +
-         (status.clouds_left_out > 0
-              ? "; a longer --rate-buffer or more --rate-doublings leave out fewer"
-              : "");
+         (status.not_kept.empty() ? "" : "; " + status.not_kept);
 }
 
 std::string
