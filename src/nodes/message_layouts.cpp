@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -91,6 +92,18 @@ copyBytes(const std::uint8_t* from, std::uint8_t* to, std::size_t bytes)
   }
 }
 
+/** \brief Stores a number as a type.
+ * \return whether it was outside of the type, and was limited */
+bool
+storeLimited(FieldType type, double number, std::uint8_t* place)
+{
+  io::storeFieldValue(type, number, place);
+  constexpr double rounding = 0.5;
+  return type != FieldType::Float32 && type != FieldType::Float64 &&
+         std::abs(detail::readScalar<double>(place, static_cast<std::uint8_t>(type)) -
+                  number) > rounding;
+}
+
 } // namespace
 
 io::MessageLayout
@@ -174,22 +187,23 @@ Arrangement::add(const PlacedField& from, const PlacedField& to)
   copies_.push_back({from, to, bytes});
 }
 
-void
+std::size_t
 Arrangement::apply(const std::uint8_t* from, std::uint8_t* to) const
 {
-  const auto convert =
-      [](const Copy& copy, const std::uint8_t* from_point, std::uint8_t* to_point) {
-        const std::uint8_t* next = from_point + copy.from.offset;
-        std::uint8_t* place = to_point + copy.to.offset;
-        for (std::uint32_t i = 0; i < copy.to.count; ++i) {
-          io::storeFieldValue(copy.to.type,
-                              detail::readScalar<double>(
-                                  next, static_cast<std::uint8_t>(copy.from.type)),
-                              place);
-          next += io::sizeOf(copy.from.type);
-          place += io::sizeOf(copy.to.type);
-        }
-      };
+  std::size_t limited = 0;
+  const auto convert = [&limited](const Copy& copy,
+                                  const std::uint8_t* from_point,
+                                  std::uint8_t* to_point) {
+    const std::uint8_t* next = from_point + copy.from.offset;
+    std::uint8_t* place = to_point + copy.to.offset;
+    for (std::uint32_t i = 0; i < copy.to.count; ++i) {
+      const auto number =
+          detail::readScalar<double>(next, static_cast<std::uint8_t>(copy.from.type));
+      limited += storeLimited(copy.to.type, number, place) ? 1 : 0;
+      next += io::sizeOf(copy.from.type);
+      place += io::sizeOf(copy.to.type);
+    }
+  };
   for (std::size_t row = 0; row < height_; ++row) {
     std::uint8_t* to_point = to + row * row_step_;
     for (std::size_t column = 0; column < width_; ++column) {
@@ -202,6 +216,7 @@ Arrangement::apply(const std::uint8_t* from, std::uint8_t* to) const
       to_point += point_step_;
     }
   }
+  return limited;
 }
 
 } // namespace pcl_ext::PCL_EXT_ABI::nodes

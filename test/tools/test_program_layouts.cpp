@@ -266,6 +266,32 @@ TEST_F(ProgramLayouts, PointsAreSortedByTimeOrArrangedByRing)
       "cloud has no field 't', ");
 }
 
+TEST_F(ProgramLayouts, NumbersThatTheirTypesCannotHoldAreTold)
+{
+  PointCloudMessage message;
+  message.height = 1;
+  message.width = 6;
+  message.fields = {{"x", 0, pcl::PCLPointField::FLOAT32, 1},
+                    {"y", 4, pcl::PCLPointField::FLOAT32, 1},
+                    {"z", 8, pcl::PCLPointField::FLOAT32, 1},
+                    {"intensity", 12, pcl::PCLPointField::UINT8, 1}};
+  message.point_step = 13;
+  message.row_step = 13 * message.width;
+  for (std::uint32_t i = 0; i < message.width; ++i) {
+    // Voxels of three, two and one.
+    const float position[3] = {i < 3 ? 0.5f : i < 5 ? 1.5f : 2.5f, 0.5f, 0.5f};
+    const auto* const bytes = reinterpret_cast<const std::uint8_t*>(position);
+    message.bytes.insert(message.bytes.end(), bytes, bytes + sizeof(position));
+    message.bytes.push_back(200);
+  }
+  writeCloudBag(folder / "bag.mcap", {message});
+  expectRun("encode -q bag.mcap -o small.mcap -r 1 --aggregation sum");
+  expectRemark("decode small.mcap -o again.mcap",
+               ": 2 numbers (intensities or fields) outside of the types that the "
+               "messages had are limited to these; --packed keeps them");
+  expectRun("decode small.mcap -o packed.mcap --packed");
+}
+
 TEST_F(ProgramLayouts, CoordinatesThatNeedDoublesAreNotNarrowed)
 {
   encode({driverMessage()}, "--pose=600000,5200000,0,0,0,0,1");

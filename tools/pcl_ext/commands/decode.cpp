@@ -113,10 +113,7 @@ public:
         console_.remark(remark);
     }
     if (bag_)
-      for (const auto& [stream, reason] : bag_->streamsWithoutLayout())
-        console_.remark(input_.nameOf(stream) +
-                        ": messages do not have the layout that they had, as " +
-                        reason);
+      remarkOnLayouts();
     if (frames_ == 0)
       throw std::runtime_error("no frame could be decoded; '" + options_.output.path +
                                "' was not written");
@@ -157,6 +154,18 @@ private:
                       "' is a bag: leave it out, or name a folder");
     checkOutput(path);
     return true;
+  }
+
+  void
+  remarkOnLayouts()
+  {
+    for (const auto& [stream, reason] : bag_->streamsWithoutLayout())
+      console_.remark(input_.nameOf(stream) +
+                      ": messages do not have the layout that they had, as " + reason);
+    for (const auto& [stream, limited] : bag_->streamsWithLimitedNumbers())
+      console_.remark(input_.nameOf(stream) + ": " + counted(limited, "number") +
+                      " (intensities or fields) outside of the types that the messages "
+                      "had are limited to these; --packed keeps them");
   }
 
   void

@@ -76,9 +76,13 @@ public:
     if (item.has_message)
       throwUnlessOk(input.read(item, message_));
     message_.channel = streams_[item.stream];
-    if (layout != nullptr && !is_packed_)
-      if (std::string reason = nodes::arrange(*layout, cloud); !reason.empty())
+    if (layout != nullptr && !is_packed_) {
+      std::size_t limited = 0;
+      if (std::string reason = nodes::arrange(*layout, cloud, limited); !reason.empty())
         without_layout_.emplace(item.stream, std::move(reason));
+      if (limited > 0)
+        limited_[item.stream] += limited;
+    }
     recording::PointCloudMessage content = describeCloud(cloud, frame.stamp);
     content.frame_id = frame.frame_id;
     content.bytes.swap(cloud.data);
@@ -103,6 +107,14 @@ public:
     return without_layout_;
   }
 
+  /** \brief Streams with numbers that were outside of the types of their messages, and
+   * how many were. */
+  const std::map<std::size_t, std::size_t>&
+  streamsWithLimitedNumbers() const
+  {
+    return limited_;
+  }
+
   /** \brief Copies metadata and attachments, and completes the bag, as
    * FrameOutput::finish(). */
   std::string
@@ -118,6 +130,7 @@ private:
   std::vector<std::size_t> streams_; // channels of the streams
   bool is_packed_;
   std::map<std::size_t, std::string> without_layout_; // streams, and why
+  std::map<std::size_t, std::size_t> limited_;        // numbers of streams
   std::vector<std::optional<std::size_t>> others_;    // of the channels of the input
   recording::McapMessage message_;
 };

@@ -213,9 +213,10 @@ StreamDecoder::remark() const
   return knows_densities || voxels_.has_point_counts ||
                  lawOf(metadata_) == IntensityLaw::Count
              ? line
-             : line + "; the recording does not tell how many points a voxel had, so "
-                      "that only voxels that are seldom occupied are noise; it does "
-                      "where it was encoded with --law count";
+             : line +
+                   "; the recording does not tell how many points a voxel had, by "
+                   "which the noise of a depth camera is found; it does where it was "
+                   "encoded with --law count";
 }
 
 } // namespace pcl_ext::tools

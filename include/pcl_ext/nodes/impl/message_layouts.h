@@ -78,8 +78,9 @@ public:
 
   /** \brief Copies the points.
    * \param[out] to size() bytes of 0
+   * \return how many numbers were outside of their type, and limited
    */
-  void
+  std::size_t
   apply(const std::uint8_t* from, std::uint8_t* to) const;
 
 private:
@@ -137,17 +138,19 @@ describeArranged(const Arrangement& arrangement, MessageT& message)
 }
 
 /** \brief Gives the points of a message, which are without gaps, a layout.
+ * \param[out] limited see Arrangement::apply()
  * \return why nothing was done; empty if it has the layout
  */
 template <typename MessageT>
 std::string
-arrange(const io::MessageLayout& layout, MessageT& message)
+arrange(const io::MessageLayout& layout, MessageT& message, std::size_t& limited)
 {
+  limited = 0;
   const Arrangement arrangement = arrangementOf(layout, message);
   if (!arrangement.refusal().empty())
     return arrangement.refusal();
   decltype(message.data) data(arrangement.size());
-  arrangement.apply(message.data.data(), data.data());
+  limited = arrangement.apply(message.data.data(), data.data());
   message.data.swap(data);
   describeArranged(arrangement, message);
   return {};
