@@ -73,11 +73,12 @@ TEST_F(MergingCentreNodeTest, AnotherResolutionThanThatOfTheMergedGridIsReported
   start({});
   DirectStream stream({{"resolution", 0.15}, {"intensity", std::string("count")}});
   ASSERT_TRUE(send(stream.frameOf(makeCloud(0, "world", now()), samplePose(0.0))));
-  EXPECT_TRUE(
-      waitForStatus(*diagnostics_,
-                    topic_1,
-                    DiagnosticStatus::WARN,
-                    "Voxels have an edge of 0.15 m, those of the merged grid 0.1 m"));
+  EXPECT_TRUE(waitForStatus(
+      *diagnostics_,
+      topic_1,
+      DiagnosticStatus::WARN,
+      "Voxels have an edge of 0.15 m, those of the merged grid and the map "
+      "0.1 m"));
 }
 
 } // namespace pcl_ext_ros::test

@@ -12,7 +12,7 @@ namespace pcl_ext_ros {
  * services and parameters. */
 class MergingCentreNode : public rclcpp::Node {
 public:
-  /** \throws std::invalid_argument if there are no streams, or one twice */
+  /** \brief A wrong value of `streams` is reported, and the node then has no stream. */
   explicit MergingCentreNode(const rclcpp::NodeOptions& options);
 
   /** \brief Waits until all frames are decoded, and writes the map, if it is to be. */

@@ -11,6 +11,8 @@ namespace pcl_ext_ros {
  * README.md of this package has the parameters. */
 class SiteLink : public rclcpp::Node {
 public:
+  /** \throws std::invalid_argument if a parameter of the site is wrong, or a topic is of
+   * `to_site` and of `from_site` */
   explicit SiteLink(const rclcpp::NodeOptions& options);
   ~SiteLink() override;
 
