@@ -128,14 +128,14 @@ TEST_F(ProgramDecode, OutliersAreJudgedByTheLawAndThePoseOfTheRecording)
   expectRun("encode room -o x.mcap -r 0.05 --law count --pose 4,1,2,0,0,0");
   const std::string decode = "decode x.mcap --remove-outliers -o ";
   EXPECT_TRUE(hasPart(expectRun(decode + "automatic").output,
-                      "of the voxels left out, judged by points"));
+                      "of the voxels or points left out, judged by points"));
   expectRun(decode + "points --unit points");
   // The room is far sparser than a lidar there would see it.
   EXPECT_TRUE(
       hasPart(expectRemark(decode + "pose --unit rays",
                            "more than noise usually is; --sensor-position tells")
                   .output,
-              "of the voxels left out, judged by rays"));
+              "of the voxels or points left out, judged by rays"));
   run(decode + "option --unit rays --sensor-position 4,1,2");
   expectRun(decode + "elsewhere --unit rays --sensor-position 0,9,9");
   const auto last = [&](const std::string& of) {

@@ -242,9 +242,10 @@ printLegend()
          "control demands (each second; 95 % of it\nin the mean, and of its buffer by "
          "I-frames), with at most "
       << most_holes
-      << " holes unless -r or\n--keep-points is given; effort balanced, or small "
-         "where only that keeps the rate, or fast where\nelse encoding takes over half "
-         "of the time from one cloud to the next.\nholes: share of the points on "
+      << " holes unless -r or\n--keep-points is given, and that some effort encodes in "
+         "half of the time from one cloud to the next;\neffort balanced, or small "
+         "where only that keeps the rate, or fast where balanced takes more time."
+         "\nholes: share of the points on "
          "surfaces with an empty voxel beside theirs, along the surface; points are "
          "on\na "
          "surface if they have none at some larger edge. noise: share of points "

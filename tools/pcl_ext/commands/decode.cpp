@@ -275,7 +275,7 @@ private:
               formatted(100.0 * static_cast<double>(removed_) /
                             static_cast<double>(std::max<std::size_t>(decoded_, 1)),
                         1) +
-              " % of the voxels left out" + judgedBy();
+              " % of the voxels or points left out" + judgedBy();
     if (other_messages_ > 0)
       line += ", " + counted(other_messages_, "other message") + " passed through";
     if (unordered_ > 0)
