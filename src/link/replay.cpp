@@ -274,11 +274,10 @@ keep(const LinkSettings& link, const KeepSettings& settings, KeptFrames& kept)
   config.SubjectsLen = static_cast<int>(subjects.size());
   if (settings.max_age)
     config.MaxAge = std::chrono::nanoseconds(*settings.max_age).count();
-  // A server refuses a longer time in which it looks for repeated messages.
-  const std::int64_t usual_duplicates =
-      std::chrono::nanoseconds(std::chrono::minutes(2)).count();
-  config.Duplicates =
-      config.MaxAge > 0 ? std::min(config.MaxAge, usual_duplicates) : usual_duplicates;
+  // A server does not look for repeated messages among those that are deleted, and
+  // refuses to. Where nothing is set it chooses the time itself.
+  if (config.MaxAge > 0)
+    config.Duplicates = std::min(config.Duplicates, config.MaxAge);
   if (settings.max_bytes)
     config.MaxBytes =
         *settings.max_bytes == 0 ? -1 : static_cast<std::int64_t>(*settings.max_bytes);

@@ -98,7 +98,9 @@ bool
 storeLimited(FieldType type, double number, std::uint8_t* place)
 {
   io::storeFieldValue(type, number, place);
-  constexpr double rounding = 0.5;
+  // Floats, as intensities are, may be above the largest whole number that they were.
+  const double rounding =
+      std::max(0.5, std::abs(number) * double{std::numeric_limits<float>::epsilon()});
   return type != FieldType::Float32 && type != FieldType::Float64 &&
          std::abs(detail::readScalar<double>(place, static_cast<std::uint8_t>(type)) -
                   number) > rounding;

@@ -111,7 +111,8 @@ public:
     return p_frame_.count > 0 ? p_frame_.value : i_frame_.value * p_frame_of_i_frame;
   }
 
-  /** \brief Whether the size of P-frames is more than a guess. */
+  /** \brief Whether the size of P-frames is known by frames, also by those of another
+   * step. */
   bool
   knowsPFrames() const
   {

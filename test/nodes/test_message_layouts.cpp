@@ -55,8 +55,6 @@ placesOf(const MessageLayout& layout)
   return places;
 }
 
-std::size_t limited = 0; // of what was arranged last
-
 const std::vector<Place> xyz = {{"x", 0, Field::FLOAT32, 1},
                                 {"y", 4, Field::FLOAT32, 1},
                                 {"z", 8, Field::FLOAT32, 1}};
@@ -72,7 +70,7 @@ TEST(MessageLayouts, OfAColourAndOfAnAdditionalField)
   pcl::PCLPointCloud2 cloud = cloudOf(packed, 20, 1);
   for (std::uint8_t i = 0; i < 20; ++i)
     cloud.data[i] = i;
-  EXPECT_EQ(arrange(layout, cloud, limited), "");
+  EXPECT_EQ(arrange(layout, cloud), "");
   places.emplace_back("intensity", 20, Field::FLOAT32, 1);
   EXPECT_EQ(placesOf(cloud), places);
   const std::vector<std::uint8_t> expected = {
@@ -85,9 +83,9 @@ TEST(MessageLayouts, ThatTakeTooMuchMemoryAreNotMade)
   MessageLayout layout = messageLayoutOf(cloudOf({xyz[0]}, 4096, 1));
   pcl::PCLPointCloud2 cloud = cloudOf({xyz[0]}, 4, 1u << 14); // 64 MiB
   pcl::PCLPointCloud2 larger = cloudOf({xyz[0]}, 4, (1u << 14) + 1);
-  EXPECT_EQ(arrange(layout, cloud, limited), "");
+  EXPECT_EQ(arrange(layout, cloud), "");
   EXPECT_EQ(cloud.data.size(), std::size_t{64} << 20);
-  EXPECT_EQ(arrange(layout, larger, limited), "it would take 64 MiB");
+  EXPECT_EQ(arrange(layout, larger), "it would take 64 MiB");
   EXPECT_EQ(larger.point_step, 4u);
 }
 
@@ -108,7 +106,7 @@ TEST(MessageLayouts, PaddingIsThatOfRows)
     pcl::PCLPointCloud2 decoded = cloudOf({xyz[0]}, 4, 2);
     decoded.height = height;
     decoded.data.assign(8 * height, 7);
-    EXPECT_EQ(arrange(layout, decoded, limited), "");
+    EXPECT_EQ(arrange(layout, decoded), "");
     EXPECT_EQ(decoded.row_step, height == 1 ? 32u : 872u);
     ASSERT_EQ(decoded.data.size(), std::size_t{height} * decoded.row_step);
     for (std::size_t i = 0; i < decoded.data.size(); ++i)
@@ -124,9 +122,19 @@ TEST(MessageLayouts, NumbersOutsideOfATypeAreLimited)
   pcl::PCLPointCloud2 cloud = cloudOf({{"a", 0, Field::FLOAT32, 3}}, 12, 1);
   const float numbers[3] = {-5.0f, 300.0f, std::nanf("")};
   std::memcpy(cloud.data.data(), numbers, 12);
-  EXPECT_EQ(arrange(layout, cloud, limited), "");
+  std::size_t limited = 0;
+  EXPECT_EQ(arrange(layout, cloud, &limited), "");
   EXPECT_EQ(cloud.data, (std::vector<std::uint8_t>{0, 255, 0, 0}));
   EXPECT_EQ(limited, 2u); // as NaN is no number
+  // The largest whole number, which floats have not.
+  const MessageLayout whole =
+      messageLayoutOf(cloudOf({{"a", 0, Field::INT32, 1}}, 4, 1));
+  pcl::PCLPointCloud2 largest = cloudOf({{"a", 0, Field::FLOAT32, 1}}, 4, 1);
+  const float number = 2147483648.0f;
+  std::memcpy(largest.data.data(), &number, 4);
+  EXPECT_EQ(arrange(whole, largest, &limited), "");
+  EXPECT_EQ(largest.data, (std::vector<std::uint8_t>{255, 255, 255, 127}));
+  EXPECT_EQ(limited, 0u);
 }
 
 TEST(MessageLayouts, CoordinatesBecomeRealAndAreNotNarrowed)
@@ -147,7 +155,7 @@ TEST(MessageLayouts, CoordinatesBecomeRealAndAreNotNarrowed)
                                 {"z", 15, Field::FLOAT32, 1},
                                 {"ring", 5, Field::UINT8, 1}}));
   pcl::PCLPointCloud2 cloud = cloudOf({{"x", 0, Field::FLOAT64, 1}}, 8, 1);
-  EXPECT_EQ(arrange(layout, cloud, limited), "coordinates need FLOAT64 now");
+  EXPECT_EQ(arrange(layout, cloud), "coordinates need FLOAT64 now");
   EXPECT_EQ(cloud.point_step, 8u);
 }
 

@@ -1,5 +1,6 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
+#include "live/cloud_times.h"
 #include "tools/cloud_bags.h"
 #include "tools/site_program.h"
 
@@ -110,13 +111,29 @@ TEST_F(ProgramSite, TimesAreThoseOfTheCloudsNotOfTheirRecording)
     Receiving receiving(folder, at(server) + "-o " + output);
     expectRun("send -q " + input + ".mcap" + at(server));
     EXPECT_EQ(receiving.end(SIGINT), 0) << receiving.errors();
-    for (const DecodedStream& stream : decode(folder / output)) {
+    const std::vector<DecodedStream> received = decode(folder / output);
+    EXPECT_EQ(received.size(), 2u);
+    for (const DecodedStream& stream : received) {
       ASSERT_EQ(stream.frames.size(), clouds) << stream.name;
       for (std::size_t i = 0; i < clouds; ++i) {
         EXPECT_EQ(stream.frames[i].stamp, stampOf(i));
         EXPECT_EQ(stream.frames[i].time, stampOf(i));
       }
     }
+  }
+}
+
+TEST(CloudTimes, AreStampsUnlessTheFirstCloudHasNone)
+{
+  using recording::Time;
+  CloudTimes stamped;
+  EXPECT_EQ(stamped.timeOf(Time(5), Time(90)), Time(5));
+  EXPECT_EQ(stamped.timeOf(Time(3), Time(91)), Time(3));   // a clock that was set back
+  EXPECT_EQ(stamped.timeOf(Time(-1), Time(92)), Time(92)); // no time of a recording
+  for (const Time first : {Time(0), Time(-1)}) {
+    CloudTimes recorded;
+    EXPECT_EQ(recorded.timeOf(first, Time(90)), Time(90));
+    EXPECT_EQ(recorded.timeOf(Time(5), Time(91)), Time(91));
   }
 }
 

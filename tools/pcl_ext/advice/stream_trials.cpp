@@ -96,7 +96,7 @@ pointsOf(const pcl::PCLPointCloud2& cloud,
   return points;
 }
 
-/** \brief Leaves one of points that coincide, as missing ones at the sensor do, which are
+/** \brief Leaves one of points that coincide: missing points all are at the sensor, and
  * no surface. */
 void
 removeRepeated(Points& points)
@@ -305,7 +305,8 @@ tryEdges(const TrialOptions& options,
          StreamTrials& trials)
 {
   const auto add = [&](std::size_t place) {
-    // Surfaces are closed at ten times the largest usual edge, and this.
+    // What a surface is is decided at ten times the largest usual edge, or ten times this
+    // one if it is larger.
     const std::size_t closed =
         options.edge ? edges.size() : std::max(place, largest_usual) + edges_to_tenfold;
     const double holes = closure.holesAt(place, std::min(closed, edges.size() - 1));

@@ -6,6 +6,7 @@
 #include "console/exit_status.h"
 #include "console/interruption.h"
 #include "inputs/cloud_input.h"
+#include "live/cloud_times.h"
 #include "live/live_output.h"
 #include "live/real_time.h"
 #include "live/sender_figures.h"
@@ -183,6 +184,7 @@ private:
     bool has_law = false;              ///< a cloud with points came
     std::vector<InputCloud> waiting;   ///< those before it
     std::optional<std::size_t> number; ///< in the output, once there is a frame
+    CloudTimes times;
   };
 
   /** \brief Encodes a cloud, but those of no points when the first one with points comes,
@@ -253,9 +255,8 @@ private:
       requests_[*stream.number].countFrame();
     figures_.addCloud(*stream.number, stream.encoder.statistics());
     const auto start = RealTime::Clock::now();
-    const bool is_stamped = cloud.stamp != recording::Time(0);
     output.publish(*stream.number,
-                   is_stamped ? cloud.stamp : cloud.message.log_time,
+                   stream.times.timeOf(cloud.stamp, cloud.message.log_time),
                    std::move(bytes));
     blocked_ += RealTime::Clock::now() - start;
     ++frames_;

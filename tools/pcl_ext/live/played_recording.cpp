@@ -3,6 +3,7 @@
 
 #include "console/interruption.h"
 #include "inputs/recording_input.h"
+#include "live/cloud_times.h"
 #include "live/real_time.h"
 #include "stream/frame_chain.h"
 #include "streams/frame_failures.h"
@@ -22,6 +23,7 @@ playRecording(recording::RecordingReader& reader,
   std::vector<std::size_t> numbers; // of the streams in the output
   for (const recording::RecordedStream& stream : reader.streams())
     numbers.push_back(output.addStream(stream.name, stream.metadata));
+  std::vector<CloudTimes> times(numbers.size());
   RealTime pace;
   recording::RecordedFrame frame;
   std::vector<io::FrameChain> chains(numbers.size()); // of what was published
@@ -49,10 +51,9 @@ playRecording(recording::RecordingReader& reader,
                   static_cast<double>(frame.number) / rate));
     // Frames that are late are sent, as those after them need them.
     pace.waitFor(time, meanwhile);
-    const bool is_stamped = frame.stamp != recording::Time(0);
     if (!isInterrupted())
       output.publish(numbers[frame.stream],
-                     is_stamped ? frame.stamp : time,
+                     times[frame.stream].timeOf(frame.stamp, time),
                      std::move(frame.bytes));
   }
   output.end();

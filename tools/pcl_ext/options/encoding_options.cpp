@@ -239,8 +239,8 @@ EncodingOptions::check() const
     const nodes::SensorNode node(nodeSettings(law, {}));
     return node.settingsStatus().ok() ? "" : messageOf(node.settingsStatus());
   };
-  // Where clouds tell the law of a stream it is one of two; what one of them refuses is
-  // known then.
+  // Without --law the first cloud decides between native and none; what native takes is
+  // refused, if at all, when it is known.
   const IntensityLaw usual =
       codec_.keep_order ? IntensityLaw::Native : IntensityLaw::Count;
   const std::string fault = fault_of(law_.value_or(usual));

@@ -78,7 +78,8 @@ public:
     message_.channel = streams_[item.stream];
     if (layout != nullptr && !is_packed_) {
       std::size_t limited = 0;
-      if (std::string reason = nodes::arrange(*layout, cloud, limited); !reason.empty())
+      if (std::string reason = nodes::arrange(*layout, cloud, &limited);
+          !reason.empty())
         without_layout_.emplace(item.stream, std::move(reason));
       if (limited > 0)
         limited_[item.stream] += limited;

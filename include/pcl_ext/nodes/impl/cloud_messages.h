@@ -176,9 +176,8 @@ writeVoxels(const io::VoxelFrame& frame, PointCloud2T& message)
   // Not row_step, which is of 32 bits.
   message.data.resize(frame.cloudSize() * message.point_step);
   writeVoxelPoints(frame, message.data.data());
-  std::size_t limited = 0; // what messages have no place for
   if (frame.layout)
-    arrange(*frame.layout, message, limited);
+    arrange(*frame.layout, message);
 }
 
 /** \brief The layout of a PointCloud2, without points and without stamp. */

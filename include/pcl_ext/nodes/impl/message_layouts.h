@@ -138,19 +138,22 @@ describeArranged(const Arrangement& arrangement, MessageT& message)
 }
 
 /** \brief Gives the points of a message, which are without gaps, a layout.
- * \param[out] limited see Arrangement::apply()
+ * \param[out] limited see Arrangement::apply(); may be null
  * \return why nothing was done; empty if it has the layout
  */
 template <typename MessageT>
 std::string
-arrange(const io::MessageLayout& layout, MessageT& message, std::size_t& limited)
+arrange(const io::MessageLayout& layout,
+        MessageT& message,
+        std::size_t* limited = nullptr)
 {
-  limited = 0;
   const Arrangement arrangement = arrangementOf(layout, message);
   if (!arrangement.refusal().empty())
     return arrangement.refusal();
   decltype(message.data) data(arrangement.size());
-  limited = arrangement.apply(message.data.data(), data.data());
+  const std::size_t limited_now = arrangement.apply(message.data.data(), data.data());
+  if (limited != nullptr)
+    *limited = limited_now;
   message.data.swap(data);
   describeArranged(arrangement, message);
   return {};
