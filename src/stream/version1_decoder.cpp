@@ -5,6 +5,7 @@
 #include "bytes/exceptions.h"
 #include "codec/frame_failures.h"
 #include "codec/scan/scan_points.h"
+#include "stream/frame_preparation.h"
 
 #include <algorithm>
 #include <numeric>
@@ -176,7 +177,9 @@ Version1Decoder::decodePayload(CodingWorkspace& work,
   const std::uint8_t* const end = padding_end - header_.padding_size;
   if (std::any_of(end, padding_end, [](std::uint8_t byte) { return byte != 0; }))
     return corruptFrame("padding of other bytes than 0");
-  if (CompressionStatus status = prepareFrame(payload, frame); !status.ok())
+  if (CompressionStatus status = prepareFrame(
+          {state_, frame_limits_, header_, coarse_voxels_}, payload, frame);
+      !status.ok())
     return status;
   if (header_.is_of_changes)
     return decodeFrameOfChanges(work, payload, end, frame, gone, sizes);
@@ -343,102 +346,6 @@ Version1Decoder::decodeSupplement(const std::uint8_t* begin,
   sizes.occupancy += supplement_sizes.voxels;
   sizes.attributes += supplement_sizes.attributes;
   return is_whole;
-}
-
-/** \brief Sets what the header of a P-frame has of the frames before. */
-CompressionStatus
-Version1Decoder::completeHeader()
-{
-  if (header_.effort != state_.effort)
-    return corruptFrame("a P-frame of another effort than its I-frame");
-  // It says whether there are colours, and not of how many bits.
-  supplement::Content content = header_.content;
-  const bool has_colours = content.colour_bits > 0;
-  content.colour_bits = state_.content.colour_bits;
-  if (!header_.is_of_changes &&
-      (content != state_.content || has_colours != (content.colour_bits > 0)))
-    return corruptFrame("a P-frame of another content than its I-frame");
-  state_.complete(header_);
-  if (!header_.placement)
-    return {};
-  if (!isConsistent(header_.scan) || !header_.scan.mayFollow(state_.scan))
-    return corruptFrame("invalid placement of a scan");
-  return checkPixelCount(header_.scan, frame_limits_);
-}
-
-/** \brief Sets all of a frame but what its voxels are.
- * \param[in,out] payload is moved after the depth model
- */
-CompressionStatus
-Version1Decoder::prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame)
-{
-  if (!header_.is_i_frame)
-    if (CompressionStatus status = completeHeader(); !status.ok())
-      return status;
-  frame.grid = header_.grid;
-  frame.intensity_scale = header_.intensity_scale;
-  if (CompressionStatus status = prepareContent(frame); !status.ok())
-    return status;
-  if (header_.has_depth_model)
-    if (CompressionStatus status = readPayloadsDepthModel(payload); !status.ok())
-      return status;
-  frame.depth_model = header_.depth_model;
-  return {};
-}
-
-/** \brief Sets what a frame has besides its voxels. */
-CompressionStatus
-Version1Decoder::prepareContent(VoxelFrame& frame)
-{
-  frame.colour_bits = header_.content.colour_bits;
-  frame.has_point_counts = header_.content.has_point_counts;
-  if (!frame.hasIntensities())
-    frame.intensities.clear();
-  if (frame.colour_bits == 0)
-    frame.colours.clear();
-  if (!frame.has_point_counts)
-    frame.point_counts.clear();
-  if (CompressionStatus status = prepareFields(frame); !status.ok())
-    return status;
-  frame.points = FramePoints();
-  frame.layout = header_.layout;
-  if (header_.content.hasVoxels()) {
-    coarse_voxels_.grid = frame.grid;
-    coarse_voxels_.grid.depth -= header_.content.refinement_levels;
-    coarse_voxels_.intensity_scale.bits = 0;
-  }
-  return {};
-}
-
-/** \brief Sets which fields a frame has. */
-CompressionStatus
-Version1Decoder::prepareFields(VoxelFrame& frame)
-{
-  const std::size_t count = header_.content.has_fields ? header_.fields.size() : 0;
-  frame.fields.resize(count);
-  for (std::size_t i = 0; i < count; ++i)
-    static_cast<FieldDescription&>(frame.fields[i]) = header_.fields[i];
-  frame.viewpoint = header_.viewpoint;
-  const std::uint64_t values = count == 0 ? 0 : fieldValuesOf(header_, header_.fields);
-  if (values > frame_limits_.max_field_values)
-    return {CompressionCode::LimitExceeded,
-            std::to_string(values) + " values of fields exceed the limit of " +
-                std::to_string(frame_limits_.max_field_values)};
-  return {};
-}
-
-/** \brief Reads the depth model at the beginning of a payload. */
-CompressionStatus
-Version1Decoder::readPayloadsDepthModel(const std::uint8_t*& payload)
-{
-  if (!header_.is_i_frame && !state_.depth_model)
-    return corruptFrame("a P-frame with a depth model, its I-frame without");
-  if (header_.intensity_scale.bits == 0 || header_.content.hasVoxels())
-    return corruptFrame("a depth model without intensities that it predicts");
-  if (!readDepthModel(payload, header_.depth_model.emplace()))
-    return corruptFrame("invalid depth model");
-  payload += depth_model_size;
-  return {};
 }
 
 /** \brief Computes the stamp of the current frame; before learn(), as it may

@@ -193,21 +193,6 @@ private:
                    VoxelFrame& frame,
                    PayloadSizes& sizes);
 
-  CompressionStatus
-  prepareFrame(const std::uint8_t*& payload, VoxelFrame& frame);
-
-  CompressionStatus
-  prepareFields(VoxelFrame& frame);
-
-  CompressionStatus
-  prepareContent(VoxelFrame& frame);
-
-  CompressionStatus
-  completeHeader();
-
-  CompressionStatus
-  readPayloadsDepthModel(const std::uint8_t*& payload);
-
   void
   prepareStamp();
 

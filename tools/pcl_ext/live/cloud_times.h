@@ -7,11 +7,12 @@
 
 namespace pcl_ext::tools {
 
-/** \brief The times of the clouds of a stream: their stamps or, if the first one has none,
- * the times at which they were recorded. */
+/** \brief The times of the clouds of a stream: their stamps or, if that of the first one is
+ * 0, which is none, the times at which they were recorded. Those before 1970, which no
+ * recording has, are recorded times, too. */
 class CloudTimes {
 public:
-  /** \param[in] stamp of the next cloud; 0 or less: it has none */
+  /** \param[in] stamp of the next cloud */
   recording::Time
   timeOf(recording::Time stamp, recording::Time recorded)
   {
