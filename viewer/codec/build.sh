@@ -49,7 +49,8 @@ mapfile -t coders < <(find src/{bytes,voxels,codec} -name '*.cpp' | sort)
 compile "-O2 -fno-unroll-loops -fno-vectorize" coders "${coders[@]}" &
 compile -O2 outliers src/outliers/*.cpp
 compile -Os others \
-  src/stream/{field_table,foreign_bytes,frame_decoder,frame_description,frame_search,frame_size}.cpp \
+  src/stream/{field_table,foreign_bytes}.cpp \
+  src/stream/frame_{decoder,description,preparation,search,size}.cpp \
   src/stream/scan_table.cpp \
   src/stream/{stream_state,version1_decoder,version1_header}.cpp \
   $package/src/*.cpp
