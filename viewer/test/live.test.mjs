@@ -81,7 +81,7 @@ test("when the server is gone the last frame stays, and the page finds the serve
   await server.close();
   await viewer.notice("warning").waitFor();
   assert.match(await viewer.notice("warning").innerText(), /connection is lost/);
-  assert.equal(await viewer.locator(".live-badge").innerText(), "Waiting");
+  await untilBadge(viewer, "Waiting");
   await assertShows(viewer, 2);
   const again = await serveLive(page, streams, server.port);
   await until(() => again.viewers() === 1);
