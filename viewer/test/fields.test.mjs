@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 
-import { openFiles, openViewer, seek, startBrowser, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
+import { openFiles, openViewer, seek, startBrowser, stillPicture, stopBrowser, untilDrawn, untilIndexed } from "./support/browser.mjs";
 import { cellRecording, cubeRecording, pagePath, pathInFolder, pclExt } from "./support/fixtures.mjs";
 import { framesOf, serveLive } from "./support/servers.mjs";
 
@@ -53,7 +53,7 @@ async function choose(page, name) {
 /** Which of some colours (0 to 255) many pixels of the picture have. */
 async function drawn(page, colours) {
   await page.evaluate(() => window.pclExtViewer.fit("top"));
-  const picture = (await page.locator("canvas.scene").screenshot()).toString("base64");
+  const picture = (await stillPicture(page, { clip: await page.locator("canvas.scene").boundingBox() })).toString("base64");
   return page.evaluate(async ({ base64, wanted }) => {
     const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
     const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
