@@ -33,8 +33,8 @@ async function untilVoxels(viewer, stream, count) {
   await viewer.until(([i, voxels]) => window.pclExtViewer.streams()[i]?.voxels === voxels, [stream, count]);
 }
 
-/** Waits until a frame of both streams is drawn. */
-async function untilDrawn(viewer, frame) {
+/** Waits until a frame of both streams is drawn, and checks its voxels. */
+async function untilFrameDrawn(viewer, frame) {
   for (const stream of [0, 1]) {
     await untilVoxels(viewer, stream, decoded[stream][frame].length);
     assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][frame].map(keyOf).sort());
@@ -55,7 +55,7 @@ test("stamps that begin again begin the time line again, and small steps back do
   send(0, 6, 0);
   await viewer.until(() => window.pclExtViewer.moments() === 6);
   await viewer.locator(".time b", { hasText: "0.25 s" }).waitFor();
-  await untilDrawn(viewer, 5);
+  await untilFrameDrawn(viewer, 5);
   await finish();
 });
 
@@ -111,7 +111,7 @@ test("Space keeps the picture of a live source, and goes on with the newest fram
   await viewer.until(() => window.pclExtViewer.moments() === 9);
   for (const stream of [0, 1]) assert.deepEqual(await drawnVoxels(viewer, stream), decoded[stream][2].map(keyOf).sort());
   await viewer.getByRole("button", { name: "Play" }).click();
-  await untilDrawn(viewer, 8);
+  await untilFrameDrawn(viewer, 8);
   await finish();
 });
 
