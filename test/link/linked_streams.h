@@ -13,7 +13,6 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -53,17 +52,14 @@ public:
   }
 
   /** \brief Encodes a frame, publishes it and waits until the server has it.
-   * \param[in] change of its bytes before it is published; may be empty
    * \param[in] flushes whether it waits
    */
   LinkStatus
-  publish(const std::function<void(Bytes&)>& change = {}, bool flushes = true)
+  publish(bool flushes = true)
   {
     if (wants_i_frame_.exchange(false))
       source_.requestIFrame();
     frames_.push_back(source_.next());
-    if (change)
-      change(frames_.back());
     const LinkStatus status = publisher_.publish(stream_,
                                                  timeOf(frames_.size() - 1),
                                                  frames_.back().data(),
@@ -146,6 +142,33 @@ public:
       if (one.name == stream)
         return one;
     return {};
+  }
+
+  /** \brief Takes all frames that the server had before. */
+  void
+  takeAll(const LinkSettings& settings)
+  {
+    // Messages of a subscription arrive in their order.
+    Sensor last(settings, "/last");
+    last.publish();
+    EXPECT_TRUE(waitFor([&] { return statisticsOf("/last").frames == 1; }));
+    while (take(std::chrono::milliseconds(0)))
+      ;
+    EXPECT_EQ(frames.back().stream, "/last");
+    frames.pop_back();
+  }
+
+  /** \brief Lets a sensor publish until its last frame has arrived: the server may know
+   * the subscription late, and an I-frame comes only when it was asked for. */
+  bool
+  takesLatest(Sensor& sensor)
+  {
+    return waitFor([&] {
+      sensor.publish();
+      while (take(std::chrono::milliseconds(50)))
+        ;
+      return !frames.empty() && frames.back().bytes == sensor.frames().back();
+    });
   }
 
   FrameSubscriber subscriber;
