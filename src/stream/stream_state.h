@@ -83,6 +83,13 @@ struct StreamState {
            static_cast<std::uint64_t>(header.stamp.value_or(0));
   }
 
+  /** \brief Change of a stamp since the last frame, modulo 2^64. */
+  std::int64_t
+  stampChange(std::uint64_t next) const
+  {
+    return static_cast<std::int64_t>(next - stamp);
+  }
+
   /** \brief Copies a frame, if one of changes may follow it; before learn().
    * \param[in] header of the frame
    */

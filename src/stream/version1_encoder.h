@@ -154,9 +154,6 @@ private:
   bool
   hasFarStamp(const std::optional<FrameStamp>& stamp) const;
 
-  std::int64_t
-  stampChange(const FrameStamp& stamp) const;
-
   void
   beginHeader(bool is_i_frame, const std::optional<FrameStamp>& stamp);
 
