@@ -149,7 +149,10 @@ private:
   {
     std::unique_lock<std::mutex> lock(mutex_);
     while (!has_ended_) {
-      changed_.wait(lock, [this] { return has_ended_ || !under_way_.empty(); });
+      changed_.wait(lock, [this] {
+        // One that does not answer is sent no frames, but asked until it does.
+        return has_ended_ || !under_way_.empty() || unanswered_ == connection_.number();
+      });
       if (changed_.wait_for(lock, ping_interval, [this] { return has_ended_; }))
         return;
       lock.unlock();
@@ -228,6 +231,9 @@ private:
       const std::lock_guard<std::mutex> lock(mutex_);
       const std::uint64_t connection = connection_.number();
       const bool did_answer = unanswered_ != connection;
+      // Nothing is known of its pings, also if this one was sent before that was known.
+      if (!is_answering && out_of_step_ == connection)
+        return;
       // The library answers no flush any more if one was made in the moment in which a
       // connection was lost: its numbers of pings are out of step.
       if (!is_answering && !did_answer) {
@@ -242,6 +248,7 @@ private:
       if (!is_answering) {
         unanswered_ = connection;
         unanswered_since_ = Clock::now();
+        changed_.notify_all();
       }
     }
     connection_.tellOfServer(is_answering ? "answers again"

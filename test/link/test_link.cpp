@@ -1,6 +1,7 @@
 // Copyright (c) 2026, the pcl_ext authors. SPDX-License-Identifier: BSD-3-Clause
 
 #include "link/linked_streams.h"
+#include "support/odd_nats_server.h"
 #include "support/stranger.h"
 
 namespace {
@@ -130,6 +131,36 @@ TEST(Link, CountsWhatAHangingServerDoesNotAnswerAndGoesOnAfterIt)
   const PublisherStatistics sent = publisher.statistics();
   EXPECT_EQ(sent.frames + sent.frames_not_sent, published);
   EXPECT_GE(sent.frames_not_sent, 1u);
+}
+
+TEST(Link, AsksAServerThatDidNotAnswerUntilItDoes)
+{
+  NatsServer server;
+  Sensor sensor(settingsOf(server));
+  server.hang();
+  // Long enough to be no answer in time, too short for the connection to be given up.
+  EXPECT_FALSE(sensor.publisher().flush(milliseconds(1600)));
+  EXPECT_FALSE(sensor.publisher().statistics().is_connected);
+  server.goOn();
+  EXPECT_TRUE(waitFor([&] { return sensor.publisher().statistics().is_connected; }));
+  EXPECT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
+  expectCode(sensor.publish(), LinkCode::Ok);
+}
+
+TEST(Link, GoesOnWhereItCannotTellWhichPingsAreAnswered)
+{
+  const OddNatsServer server;
+  LinkSettings settings;
+  settings.servers = server.url();
+  settings.site = site;
+  Sensor sensor(settings);
+  expectCode(sensor.publish(/* flushes */ false), LinkCode::Ok);
+  // It begins before that is known, and ends afterwards.
+  EXPECT_FALSE(sensor.publisher().flush(milliseconds(7000)));
+  expectCode(sensor.publish(/* flushes */ false), LinkCode::Ok);
+  // The frames count as sent after a time.
+  EXPECT_TRUE(waitFor([&] { return sensor.publisher().statistics().frames == 2; }));
+  EXPECT_EQ(sensor.publisher().statistics().frames_not_sent, 0u);
 }
 
 TEST(Link, RefusesFramesAboveTheServersLimit)
