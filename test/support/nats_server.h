@@ -122,6 +122,7 @@ public:
   hang()
   {
     ::kill(pid_, SIGSTOP);
+    ::waitpid(pid_, nullptr, WUNTRACED); // until all of its threads have stopped
   }
 
   void
