@@ -251,8 +251,9 @@ private:
         changed_.notify_all();
       }
     }
-    connection_.tellOfServer(is_answering ? "answers again"
-                                          : "does not answer: frames are lost");
+    connection_.tellOfServer(is_answering
+                                 ? "answers again"
+                                 : "does not answer: frames are lost until it does");
     if (is_answering && on_answer_)
       on_answer_();
   }

@@ -242,6 +242,7 @@ private:
   summarise(LinkOutput& output, std::size_t without_room = 0)
   {
     output.end(); // so that it is known which frames the server has
+    events_.print(console_);
     const link::PublisherStatistics statistics = output.statistics();
     constexpr double megabyte = 1e6;
     std::string line =
