@@ -89,7 +89,6 @@ TEST(Link, CountsFramesThatAServerLost)
   // The publisher's own encoder is asked, whether receivers do or not.
   EXPECT_TRUE(waitFor([&] { return sensor.wantsIFrame(); }));
   ASSERT_TRUE(receiver.takesLatest(sensor));
-  EXPECT_TRUE(receiver.frames[2].is_i_frame);
   const LinkStreamStatistics statistics = receiver.statisticsOf("/sensor_1");
   // Frames that were handed to a connection which was gone already are lost, too.
   EXPECT_EQ(statistics.frames + statistics.frames_skipped + statistics.frames_lost,
