@@ -328,10 +328,10 @@ void
 Connection::countViolation(const std::string& what)
 {
   ++violations_;
-  if (what.find("Publish to") != std::string::npos)
-    ++refused_messages_;
-  else
+  if (what.find("Publish to") == std::string::npos)
     ++refused_subscriptions_;
+  else if (what.find(".echo\"") == std::string::npos)
+    ++refused_messages_;
 }
 
 std::uint64_t

@@ -123,7 +123,7 @@ public:
     return violations_;
   }
 
-  /** \brief How many messages it did not permit to publish. */
+  /** \brief How many messages it did not permit to publish, without echoes. */
   std::uint64_t
   refusedMessages() const
   {
@@ -137,6 +137,10 @@ public:
     return refused_subscriptions_;
   }
 
+  /** \brief The status of a failure to connect. */
+  LinkStatus
+  connectionFailure(natsStatus failure) const;
+
   /** \brief The status of a call that failed on an open connection. */
   LinkStatus
   statusOf(natsStatus failure) const;
@@ -147,9 +151,6 @@ private:
 
   natsStatus
   setSecurity(natsOptions* options, std::string& file);
-
-  LinkStatus
-  connectionFailure(natsStatus failure) const;
 
   void
   tell(const std::string& event) const;

@@ -47,7 +47,10 @@ public:
   LinkStatus
   connect()
   {
-    return connection_.open();
+    if (connection_.get() == nullptr || sent_.isOpen())
+      if (LinkStatus status = connection_.open(); !status.ok())
+        return status;
+    return sent_.open(publisher_);
   }
 
   LinkStatus
@@ -115,7 +118,7 @@ public:
   }
 
   bool
-  flush(std::chrono::milliseconds timeout)
+  flush(std::chrono::milliseconds timeout) noexcept
   {
     return sent_.flush(timeout);
   }

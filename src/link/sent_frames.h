@@ -4,8 +4,10 @@
 #include <pcl_ext/link/frame_publisher.h>
 
 #include "link/connection.h"
+#include "link/subjects.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
@@ -14,14 +16,18 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::link {
 
-/** \brief Which frames the server has: those before a ping that it has answered. What it
- * has not answered when the connection is lost counts as lost. Members are
- * thread-safe. */
+/** \brief Which frames the server has: those before a message of one's own that it has
+ * brought back, an echo. What has no echo when the connection is lost counts as lost.
+ *
+ * The library's flush does not do: it succeeds also if its ping could not be written.
+ * Members are thread-safe. */
 class SentFrames {
 public:
   /** \param[in] connection must outlive this
@@ -48,6 +54,42 @@ public:
   SentFrames&
   operator=(const SentFrames&) = delete;
 
+  /** \brief Subscribes to the echoes of an open connection, and waits for a first one.
+   * \param[in] publisher its number, unlike those of others
+   */
+  LinkStatus
+  open(std::uint64_t publisher)
+  {
+    const LinkSettings& settings = connection_.settings();
+    if (subject_.empty()) {
+      subject_ = echoSubject(settings.site, publisher);
+      const natsStatus status = echoes_.open(
+          connection_, subject_, [this](natsMsg* message) { takeEcho(message); });
+      if (status != NATS_OK)
+        return connection_.statusOf(status);
+    }
+    const std::uint64_t violations = connection_.violations();
+    const Clock::time_point end = Clock::now() + settings.connect_timeout;
+    const std::uint64_t echo = ask();
+    while (!waitFor(echo, Clock::now() + poll_interval)) {
+      if (connection_.violations() > violations)
+        return {LinkCode::Refused,
+                "the server does not permit this user to publish and to subscribe to " +
+                    settings.site + ".*.echo, by which it knows what has arrived"};
+      if (Clock::now() > end)
+        return connection_.connectionFailure(NATS_TIMEOUT);
+    }
+    return {};
+  }
+
+  /** \brief True if open() has succeeded. */
+  bool
+  isOpen() const
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return answered_ > 0;
+  }
+
   /** \brief A frame was handed to the connection.
    * \param[in] connection its number before that
    */
@@ -68,41 +110,29 @@ public:
     ++lost_;
   }
 
-  /** \brief Waits for the answer to a ping.
+  /** \brief Waits for an echo.
    * \return true if the server has all frames that were added before
    */
   bool
-  flush(std::chrono::milliseconds timeout)
+  flush(std::chrono::milliseconds timeout) noexcept
   {
-    std::uint64_t count = 0;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      settle();
-      count = added_;
-    }
-    if (!connection_.isConnected())
-      return false;
-    if (isOutOfStep())
-      return waitUntilKnown(timeout);
-    const natsStatus status = natsConnection_FlushTimeout(
-        connection_.get(), std::max<std::int64_t>(1, timeout.count()));
-    if (status == NATS_OK) {
-      acknowledge(count);
-      setAnswering(true);
-    }
-    else if (status == NATS_TIMEOUT && timeout >= longest_answer)
-      setAnswering(false);
-    return status == NATS_OK;
+    const Clock::time_point end = Clock::now() + timeout;
+    bool has_come = false;
+    guarded([&] {
+      has_come = waitFor(ask(), end);
+      return LinkStatus();
+    });
+    return has_come;
   }
 
-  /** \brief True if there is a connection, and pings are answered in time. */
+  /** \brief True if there is a connection, and echoes come in time. */
   bool
   isAnswering() const
   {
     if (!connection_.isConnected())
       return false;
     const std::lock_guard<std::mutex> lock(mutex_);
-    return !unanswered_ || *unanswered_ != connection_.number();
+    return unanswered_ != connection_.number();
   }
 
   /** \brief Sets what it knows: frames, bytes, age, and whether it is connected. */
@@ -122,19 +152,14 @@ public:
   }
 
 private:
-  /** \brief Frames within this time share a ping. */
-  static constexpr std::chrono::milliseconds ping_interval{200};
+  /** \brief Frames within this time share an echo. */
+  static constexpr std::chrono::milliseconds echo_interval{200};
+
+  /** \brief How often who waits for an echo looks whether it can still come. */
+  static constexpr std::chrono::milliseconds poll_interval{50};
 
   /** \brief A server that takes longer is not answering. */
   static constexpr std::chrono::milliseconds longest_answer{1500};
-
-  /** \brief The wait for one that is not. The connection is lost by then, see
-   * Connection::Patience, if the server does not answer the library's own pings. */
-  static constexpr std::chrono::milliseconds second_wait{4000};
-
-  /** \brief What was handed to a connection before is at the server if that connection is
-   * there, likewise. */
-  static constexpr std::chrono::milliseconds known_after{5000};
 
   using Clock = std::chrono::steady_clock;
 
@@ -144,39 +169,133 @@ private:
     Clock::time_point time;
   };
 
+  struct Echo {
+    std::uint64_t number = 0;     // from 1
+    std::uint64_t connection = 0; // its number before
+    std::uint64_t frames = 0;     // that were added before, ever
+    Clock::time_point time;
+  };
+
   void
   run()
   {
     std::unique_lock<std::mutex> lock(mutex_);
     while (!has_ended_) {
       changed_.wait(lock, [this] {
-        // One that does not answer is sent no frames, but asked until it does.
-        return has_ended_ || !under_way_.empty() || unanswered_ == connection_.number();
+        return has_ended_ || !under_way_.empty() || !asked_.empty();
       });
-      if (changed_.wait_for(lock, ping_interval, [this] { return has_ended_; }))
+      if (changed_.wait_for(lock, echo_interval, [this] { return has_ended_; }))
         return;
+      settle();
+      const bool is_waiting = !asked_.empty();
+      const bool becomes_late = is_waiting &&
+                                unanswered_ != asked_.front().connection &&
+                                Clock::now() - asked_.front().time > longest_answer;
+      if (becomes_late)
+        unanswered_ = asked_.front().connection;
       lock.unlock();
-      flush(isAnswering() ? longest_answer : second_wait);
+      if (becomes_late)
+        connection_.tellOfServer("does not answer: frames are lost until it does");
+      if (!is_waiting)
+        flush(std::chrono::milliseconds(0));
       lock.lock();
     }
   }
 
-  /** \brief Counts frames that are lost with a connection, or known to be sent by time
-   * alone. The mutex is locked. */
+  /** \brief Asks for an echo, unless one is under way that tells the same.
+   * \return its number; 0 if it cannot be sent
+   */
+  std::uint64_t
+  ask()
+  {
+    if (!connection_.isConnected())
+      return 0;
+    std::uint64_t number = 0;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      settle();
+      if (!asked_.empty() && asked_.back().frames == added_)
+        return asked_.back().number;
+      number = ++echo_count_;
+      asked_.push_back({number, connection_.number(), added_, Clock::now()});
+      changed_.notify_all();
+    }
+    const natsStatus status = natsConnection_PublishString(
+        connection_.get(), subject_.c_str(), std::to_string(number).c_str());
+    if (status == NATS_OK)
+      return number;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    asked_.erase(
+        std::remove_if(asked_.begin(),
+                       asked_.end(),
+                       [number](const Echo& echo) { return echo.number == number; }),
+        asked_.end());
+    lost_echo_ = std::max(lost_echo_, number);
+    return 0;
+  }
+
+  /** \brief Waits for an echo, or until it cannot come any more.
+   * \return true if it has come
+   */
+  bool
+  waitFor(std::uint64_t number, Clock::time_point end)
+  {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (answered_ < number && lost_echo_ < number && Clock::now() < end) {
+      changed_.wait_until(lock, std::min(end, Clock::now() + poll_interval));
+      settle();
+    }
+    return answered_ >= number && lost_echo_ < number;
+  }
+
+  /** \brief Counts what the server had before it brought an echo. */
+  void
+  takeEcho(const natsMsg* message)
+  {
+    const char* const text = natsMsg_GetData(message);
+    const char* const end = text + natsMsg_GetDataLength(message);
+    std::uint64_t number = 0;
+    if (std::from_chars(text, end, number).ec != std::errc())
+      return;
+    bool was_late = false;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      settle();
+      while (!asked_.empty() && asked_.front().number <= number) {
+        const Echo& echo = asked_.front();
+        answered_ = echo.number;
+        while (!under_way_.empty() && added_ - under_way_.size() < echo.frames)
+          countSent();
+        was_late = was_late || unanswered_ == echo.connection;
+        asked_.pop_front();
+      }
+      if (was_late)
+        unanswered_.reset();
+      changed_.notify_all();
+    }
+    if (!was_late)
+      return;
+    connection_.tellOfServer("answers again");
+    if (on_answer_)
+      on_answer_();
+  }
+
+  /** \brief Takes into account that frames and echoes are lost with a connection. The
+   * mutex is locked. */
   void
   settle()
   {
     const bool is_connected = connection_.isConnected();
     const std::uint64_t connection = connection_.number();
-    while (!under_way_.empty() &&
-           (!is_connected || under_way_.front().connection != connection)) {
+    const auto is_lost = [&](const auto& sent) {
+      return !is_connected || sent.connection != connection;
+    };
+    for (; !under_way_.empty() && is_lost(under_way_.front()); under_way_.pop_front()) {
       ++lost_;
       ++unanswered_frames_;
-      under_way_.pop_front();
     }
-    while (out_of_step_ == connection && !under_way_.empty() &&
-           Clock::now() - under_way_.front().time > known_after)
-      countSent();
+    for (; !asked_.empty() && is_lost(asked_.front()); asked_.pop_front())
+      lost_echo_ = asked_.front().number;
   }
 
   /** \brief Counts the first frame under way as sent. The mutex is locked. */
@@ -190,76 +309,9 @@ private:
     under_way_.pop_front();
   }
 
-  bool
-  isOutOfStep() const
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return out_of_step_ == connection_.number();
-  }
-
-  /** \brief As flush(), where pings are not answered. */
-  bool
-  waitUntilKnown(std::chrono::milliseconds timeout)
-  {
-    const Clock::time_point end = Clock::now() + timeout;
-    std::unique_lock<std::mutex> lock(mutex_);
-    const std::uint64_t lost = lost_;
-    while (!under_way_.empty() && Clock::now() < end) {
-      changed_.wait_for(lock, ping_interval);
-      settle();
-    }
-    return under_way_.empty() && lost_ == lost;
-  }
-
-  /** \brief Counts frames that the server has.
-   * \param[in] count of the frames that were ever added
-   */
-  void
-  acknowledge(std::uint64_t count)
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    settle();
-    while (!under_way_.empty() && added_ - under_way_.size() < count)
-      countSent();
-  }
-
-  /** \brief Takes into account whether a ping was answered, and tells changes. */
-  void
-  setAnswering(bool is_answering)
-  {
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      const std::uint64_t connection = connection_.number();
-      const bool did_answer = unanswered_ != connection;
-      // Nothing is known of its pings, also if this one was sent before that was known.
-      if (!is_answering && out_of_step_ == connection)
-        return;
-      // The library answers no flush any more if one was made in the moment in which a
-      // connection was lost: its numbers of pings are out of step.
-      if (!is_answering && !did_answer) {
-        if (Clock::now() - unanswered_since_ < second_wait)
-          return;
-        out_of_step_ = connection;
-        is_answering = true;
-      }
-      if (did_answer == is_answering)
-        return;
-      unanswered_.reset();
-      if (!is_answering) {
-        unanswered_ = connection;
-        unanswered_since_ = Clock::now();
-        changed_.notify_all();
-      }
-    }
-    connection_.tellOfServer(is_answering
-                                 ? "answers again"
-                                 : "does not answer: frames are lost until it does");
-    if (is_answering && on_answer_)
-      on_answer_();
-  }
-
   Connection& connection_;
   const std::function<void()> on_answer_;
+  std::string subject_;
   mutable std::mutex mutex_; // guards what follows
   std::condition_variable changed_;
   std::deque<Frame> under_way_;
@@ -269,11 +321,14 @@ private:
   std::uint64_t lost_ = 0;
   std::uint64_t unanswered_frames_ = 0; // of these, when their connection was lost
   std::optional<Clock::time_point> last_sent_;
-  std::optional<std::uint64_t> unanswered_; // connection whose ping was not answered
-  Clock::time_point unanswered_since_;
-  std::optional<std::uint64_t> out_of_step_; // one whose flushes are never answered
+  std::deque<Echo> asked_; // and under way, by number
+  std::uint64_t echo_count_ = 0;
+  std::uint64_t answered_ = 0;              // the last echo that came
+  std::uint64_t lost_echo_ = 0;             // the last one that will not come
+  std::optional<std::uint64_t> unanswered_; // connection whose echo is late
   bool has_ended_ = false;
-  std::thread thread_; // last, as it uses the others
+  std::thread thread_;  // after what it uses
+  Subscription echoes_; // likewise
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::link

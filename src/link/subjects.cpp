@@ -76,6 +76,12 @@ requestsSubject(const std::string& site, const std::string& stream)
   return site + "." + escaped(stream) + ".requests";
 }
 
+std::string
+echoSubject(const std::string& site, std::uint64_t publisher)
+{
+  return site + "." + std::to_string(publisher) + ".echo";
+}
+
 std::optional<FramesSubject>
 parseFramesSubject(const std::string& site, std::string_view subject)
 {

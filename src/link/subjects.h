@@ -2,12 +2,14 @@
 
 /** \file
  * \brief Subjects of NATS: SITE.STREAM.frames, after which the server may put the
- * number of a partition, and SITE.STREAM.requests for I-frames.
+ * number of a partition, SITE.STREAM.requests for I-frames, and SITE.PUBLISHER.echo, by
+ * which a publisher learns what the server has.
  */
 #pragma once
 
 #include <pcl_ext/link/frame_subscriber.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,6 +38,10 @@ framesSubject(const std::string& site, const std::string& stream);
 /** \brief The subject of requests for a stream's I-frames. */
 std::string
 requestsSubject(const std::string& site, const std::string& stream);
+
+/** \brief The subject of what a publisher sends to itself. */
+std::string
+echoSubject(const std::string& site, std::uint64_t publisher);
 
 /** \brief A subject of frames. */
 struct FramesSubject {

@@ -111,7 +111,7 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermitOnceWhateverComesBetween)
 {
   const NatsServer server(
       "authorization { users = [ { user: viewer, password: v, permissions: "
-      "{ publish: \"cell.*.requests\", subscribe: \">\" } } ] }");
+      "{ publish: [\"cell.*.requests\", \"cell.*.echo\"], subscribe: \">\" } } ] }");
   LinkSettings settings = settingsOf(server);
   settings.user = "viewer";
   settings.password = "v";
@@ -146,6 +146,24 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermitOnceWhateverComesBetween)
       hasPart(events[0], "Permissions Violation for Publish to \"cell./b.frames\""))
       << events[0];
   EXPECT_TRUE(hasPart(events[1], "cell./a.frames")) << events[1];
+}
+
+TEST(LinkSecurity, RefusesAPublisherWhichMayNotLearnWhatHasArrived)
+{
+  for (const char* const permissions :
+       {"publish: \"cell.*.frames\", subscribe: \">\"",
+        "publish: \">\", subscribe: \"cell.*.requests\""}) {
+    const NatsServer server("authorization { users = [ { user: sensor, password: s, "
+                            "permissions: { " +
+                            std::string(permissions) + " } } ] }");
+    LinkSettings settings = settingsOf(server);
+    settings.user = "sensor";
+    settings.password = "s";
+    FramePublisher publisher(settings);
+    const LinkStatus status = publisher.connect();
+    expectCode(status, LinkCode::Refused);
+    EXPECT_TRUE(hasPart(status.message(), "cell.*.echo")) << status.message();
+  }
 }
 
 /** \brief Makes certificate.pem and key.pem, and the configuration of a server with them.

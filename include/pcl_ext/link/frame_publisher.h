@@ -19,13 +19,15 @@ namespace pcl_ext::PCL_EXT_ABI::link {
 
 /** \brief Figures of a FramePublisher, since it was made. */
 struct PublisherStatistics {
-  std::uint64_t frames = 0; ///< that the server has, as it has answered after them
-  std::uint64_t bytes = 0;  ///< of these
-  std::uint64_t frames_under_way = 0; ///< handed to the connection, not answered yet
+  /** \brief Those that the server has: it has brought back a message of the publisher to
+   * itself, an echo, that was sent after them. */
+  std::uint64_t frames = 0;
+  std::uint64_t bytes = 0;            ///< of these
+  std::uint64_t frames_under_way = 0; ///< handed to the connection, no echo yet
   std::uint64_t frames_not_sent =
       0; ///< the connection was lost, or they were too large or not permitted
   /** \brief Those of frames_not_sent that were handed to a connection which was lost
-   * before the server had answered: it may have them. */
+   * before an echo came: the server may have them. */
   std::uint64_t frames_unanswered = 0;
   std::uint64_t i_frame_requests = 0; ///< received
   std::uint64_t violations = 0; ///< what the server did not permit, frames for one
@@ -81,7 +83,10 @@ public:
   FramePublisher&
   operator=(const FramePublisher&) = delete;
 
-  /** \brief Connects to the first server that answers. */
+  /** \brief Connects to the first server that answers.
+   * \return Refused also where the server does not permit this user to publish and to
+   * subscribe to SITE.*.echo
+   */
   LinkStatus
   connect() noexcept;
 

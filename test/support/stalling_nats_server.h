@@ -5,17 +5,17 @@
 #include "support/nats_server.h"
 
 #include <atomic>
+#include <regex>
 #include <string>
 #include <thread>
 
 namespace pcl_ext::PCL_EXT_ABI::link::test {
 
-/** \brief A server for one client. It answers the first ping twice, so that a client which
- * counts answers cannot tell any more which ping is answered, and takes messages without
- * delivering them. */
-class OddNatsServer {
+/** \brief A server that brings the first echo of a client and then reads nothing more of
+ * its connection, as behind a link that has stalled. It accepts no client after that. */
+class StallingNatsServer {
 public:
-  OddNatsServer() : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0))
+  StallingNatsServer() : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0))
   {
     sockaddr_in address = loopback(0);
     socklen_t size = sizeof(address);
@@ -27,7 +27,7 @@ public:
     thread_ = std::thread([this] { serve(); });
   }
 
-  ~OddNatsServer()
+  ~StallingNatsServer()
   {
     ::shutdown(listener_, SHUT_RDWR);
     ::shutdown(client_, SHUT_RDWR);
@@ -36,9 +36,9 @@ public:
     ::close(client_);
   }
 
-  OddNatsServer(const OddNatsServer&) = delete;
-  OddNatsServer&
-  operator=(const OddNatsServer&) = delete;
+  StallingNatsServer(const StallingNatsServer&) = delete;
+  StallingNatsServer&
+  operator=(const StallingNatsServer&) = delete;
 
   std::string
   url() const
@@ -51,21 +51,31 @@ private:
   serve()
   {
     client_ = ::accept(listener_, nullptr, nullptr);
-    send("INFO {\"server_id\":\"odd\",\"version\":\"2.9.10\",\"headers\":true,"
+    send("INFO {\"server_id\":\"stalling\",\"version\":\"2.9.10\",\"headers\":true,"
          "\"max_payload\":1048576}\r\n");
-    const std::string ping = "PING\r\n";
-    std::string answer = "PONG\r\nPONG\r\n";
     std::string received;
+    while (received.find("PING\r\n") == std::string::npos)
+      if (!receive(received))
+        return;
+    send("PONG\r\n");
+    // SUB cell.1.echo 1, and PUB cell.1.echo 1, after which is its content, 1.
+    std::smatch echo;
+    while (!std::regex_search(received, echo, std::regex("PUB (\\S+) 1\r\n1\r\n")))
+      if (!receive(received))
+        return;
+    send("MSG " + echo[1].str() + " 1 1\r\n1\r\n");
+    for (int other = 0; (other = ::accept(listener_, nullptr, nullptr)) >= 0;)
+      ::close(other);
+  }
+
+  bool
+  receive(std::string& received) const
+  {
     char buffer[4096];
-    for (ssize_t size = 0; (size = ::recv(client_, buffer, sizeof(buffer), 0)) > 0;) {
+    const ssize_t size = ::recv(client_, buffer, sizeof(buffer), 0);
+    if (size > 0)
       received.append(buffer, static_cast<std::size_t>(size));
-      for (std::size_t at = 0; (at = received.find(ping)) != std::string::npos;) {
-        received.erase(0, at + ping.size());
-        send(answer);
-        answer = "PONG\r\n";
-      }
-      received.erase(0, received.size() - std::min(received.size(), ping.size() - 1));
-    }
+    return size > 0;
   }
 
   void
