@@ -2,7 +2,7 @@
 
 /** \file
  * A main for fuzz targets without a fuzzer: runs a target on files, on all files of
- * folders, and on some thousand others: what the target's mutator makes of the files;
+ * folders, and on a thousand others: what the target's mutator makes of the files;
  * where it has none, random bytes, and in turn files of which some bytes are changed.
  *
  *     fuzz_TARGET [--random=COUNT] [FILE or FOLDER ...]
@@ -119,7 +119,7 @@ int
 main(int argc, char** argv)
 {
   std::vector<std::string> arguments(argv + 1, argv + argc);
-  unsigned long random_inputs = 5000;
+  unsigned long random_inputs = 1000;
   const std::string option = "--random=";
   if (!arguments.empty() && arguments[0].compare(0, option.size(), option) == 0) {
     random_inputs = std::strtoul(arguments[0].c_str() + option.size(), nullptr, 10);

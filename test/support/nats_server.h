@@ -36,16 +36,61 @@ loopback(std::uint16_t port)
   return address;
 }
 
+/** \brief A port of this machine at which nobody answers yet. */
+class ListeningSocket {
+public:
+  ListeningSocket() : descriptor_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0))
+  {
+    sockaddr_in address = loopback(0);
+    socklen_t size = sizeof(address);
+    auto* const any = reinterpret_cast<sockaddr*>(&address);
+    EXPECT_EQ(::bind(descriptor_, any, size), 0);
+    EXPECT_EQ(::listen(descriptor_, 1), 0);
+    EXPECT_EQ(::getsockname(descriptor_, any, &size), 0);
+    port_ = ntohs(address.sin_port);
+  }
+
+  ~ListeningSocket() { ::close(descriptor_); }
+  ListeningSocket(const ListeningSocket&) = delete;
+  ListeningSocket&
+  operator=(const ListeningSocket&) = delete;
+
+  /** \brief Waits for a client.
+   * \return its socket, the caller's to close; -1 after end()
+   */
+  int
+  accept() const
+  {
+    return ::accept(descriptor_, nullptr, nullptr);
+  }
+
+  void
+  end() const
+  {
+    ::shutdown(descriptor_, SHUT_RDWR);
+  }
+
+  std::uint16_t
+  port() const
+  {
+    return port_;
+  }
+
+  std::string
+  url() const
+  {
+    return "nats://127.0.0.1:" + std::to_string(port_);
+  }
+
+private:
+  const int descriptor_;
+  std::uint16_t port_ = 0;
+};
+
 inline std::uint16_t
 freePort()
 {
-  const int descriptor = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address = loopback(0);
-  socklen_t size = sizeof(address);
-  EXPECT_EQ(::bind(descriptor, reinterpret_cast<sockaddr*>(&address), size), 0);
-  EXPECT_EQ(::getsockname(descriptor, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  ::close(descriptor);
-  return ntohs(address.sin_port);
+  return ListeningSocket().port();
 }
 
 class NatsServer {

@@ -15,24 +15,13 @@ namespace pcl_ext::PCL_EXT_ABI::link::test {
  * its connection, as behind a link that has stalled. It accepts no client after that. */
 class StallingNatsServer {
 public:
-  StallingNatsServer() : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0))
-  {
-    sockaddr_in address = loopback(0);
-    socklen_t size = sizeof(address);
-    auto* const any = reinterpret_cast<sockaddr*>(&address);
-    EXPECT_EQ(::bind(listener_, any, size), 0);
-    EXPECT_EQ(::listen(listener_, 1), 0);
-    EXPECT_EQ(::getsockname(listener_, any, &size), 0);
-    port_ = ntohs(address.sin_port);
-    thread_ = std::thread([this] { serve(); });
-  }
+  StallingNatsServer() : thread_([this] { serve(); }) {}
 
   ~StallingNatsServer()
   {
-    ::shutdown(listener_, SHUT_RDWR);
+    listener_.end();
     ::shutdown(client_, SHUT_RDWR);
     thread_.join();
-    ::close(listener_);
     ::close(client_);
   }
 
@@ -43,14 +32,14 @@ public:
   std::string
   url() const
   {
-    return "nats://127.0.0.1:" + std::to_string(port_);
+    return listener_.url();
   }
 
 private:
   void
   serve()
   {
-    client_ = ::accept(listener_, nullptr, nullptr);
+    client_ = listener_.accept();
     send("INFO {\"server_id\":\"stalling\",\"version\":\"2.9.10\",\"headers\":true,"
          "\"max_payload\":1048576}\r\n");
     std::string received;
@@ -64,7 +53,7 @@ private:
       if (!receive(received))
         return;
     send("MSG " + echo[1].str() + " 1 1\r\n1\r\n");
-    for (int other = 0; (other = ::accept(listener_, nullptr, nullptr)) >= 0;)
+    for (int other = 0; (other = listener_.accept()) >= 0;)
       ::close(other);
   }
 
@@ -84,10 +73,9 @@ private:
     ::send(client_, text.data(), text.size(), MSG_NOSIGNAL);
   }
 
-  const int listener_;
-  std::uint16_t port_ = 0;
+  const ListeningSocket listener_;
   std::atomic<int> client_{-1};
-  std::thread thread_;
+  std::thread thread_; // last, as it uses the others
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::link::test

@@ -264,6 +264,21 @@ TEST_F(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
   EXPECT_TRUE(hasPart(sending.errors(), " a second of each sensor, not 20"));
 }
 
+TEST_F(ProgramSiteState, AnInterruptionBeforeTheServerAnswersIsToldAsThat)
+{
+  for (const std::string command : {"send room", "receive"}) {
+    const link::test::ListeningSocket silent;
+    BackgroundProgram program(folder,
+                              "exec $P " + command + " --server " + silent.url());
+    const int connection = silent.accept();
+    EXPECT_EQ(program.end(SIGINT), 130);
+    EXPECT_TRUE(
+        hasPart(program.errors(), ": interrupted before the server had answered"))
+        << program.errors();
+    ::close(connection);
+  }
+}
+
 TEST_F(ProgramSiteState, ATerminalShowsHowFarItIs)
 {
   const auto in_a_terminal = [&](const std::string& arguments) {

@@ -40,7 +40,7 @@ public:
     options_.link.link = LinkOutput::withEvents(std::move(options_.link.link), events_);
     subscriber_ = std::make_unique<link::FrameSubscriber>(options_.link);
     openTakers();
-    throwUnlessOk(subscriber_->connect());
+    LinkOutput::connect(*subscriber_);
     console_.remark("receiving from site " + options_.link.link.site + "; Ctrl-C ends");
     if (options_.centre.is_replay)
       replay_.emplace(*subscriber_, console_);

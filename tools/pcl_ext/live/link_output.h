@@ -4,6 +4,7 @@
 #include <pcl_ext/link/frame_publisher.h>
 
 #include "console/events.h"
+#include "console/interruption.h"
 #include "console/throw_unless_ok.h"
 #include "live/live_output.h"
 #include "options/text_values.h"
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,7 +56,7 @@ public:
   , events_(events)
   , publisher_(withEvents(settings, events), request_i_frame)
   {
-    throwUnlessOk(publisher_.connect());
+    connect(publisher_);
   }
 
   std::size_t
@@ -94,6 +96,19 @@ public:
   statistics() const
   {
     return publisher_.statistics();
+  }
+
+  /** \brief Connects a publisher or a subscriber.
+   * \throws std::runtime_error if no server takes the connection
+   */
+  template <typename EndT>
+  static void
+  connect(EndT& end)
+  {
+    const link::LinkStatus status = end.connect();
+    if (!status.ok() && isInterrupted()) // which is an error of waiting to the library
+      throw std::runtime_error("interrupted before the server had answered");
+    throwUnlessOk(status);
   }
 
   /** \brief Settings whose events go to the command. */
