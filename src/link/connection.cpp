@@ -328,10 +328,12 @@ void
 Connection::countViolation(const std::string& what)
 {
   ++violations_;
-  if (what.find("Publish to") == std::string::npos)
-    ++refused_subscriptions_;
-  else if (what.find(".echo\"") == std::string::npos)
+  if (what.find(".echo\"") != std::string::npos)
+    ++refused_echoes_;
+  else if (what.find("Publish to") != std::string::npos)
     ++refused_messages_;
+  else
+    ++refused_subscriptions_;
 }
 
 std::uint64_t

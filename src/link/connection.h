@@ -123,7 +123,15 @@ public:
     return violations_;
   }
 
-  /** \brief How many messages it did not permit to publish, without echoes. */
+  /** \brief How often it did not permit to publish or to subscribe to an echo; the rest
+   * is counted by the next two. */
+  std::uint64_t
+  refusedEchoes() const
+  {
+    return refused_echoes_;
+  }
+
+  /** \brief How many messages it did not permit to publish. */
   std::uint64_t
   refusedMessages() const
   {
@@ -184,6 +192,7 @@ private:
   natsConnection* connection_ = nullptr;
   std::atomic<std::uint64_t> reconnections_{0};
   std::atomic<std::uint64_t> violations_{0};
+  std::atomic<std::uint64_t> refused_echoes_{0};
   std::atomic<std::uint64_t> refused_messages_{0};
   std::atomic<std::size_t> refused_subscriptions_{0};
   std::atomic<bool> is_closing_{false};

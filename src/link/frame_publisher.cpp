@@ -9,22 +9,9 @@
 
 #include <algorithm>
 #include <deque>
-#include <random>
 #include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::link {
-
-namespace {
-
-std::uint64_t
-randomNumber()
-{
-  std::random_device device;
-  constexpr unsigned int half = 32;
-  return (std::uint64_t{device()} << half) | device();
-}
-
-} // namespace
 
 class FramePublisher::Implementation {
 public:
@@ -47,6 +34,7 @@ public:
   LinkStatus
   connect()
   {
+    const std::lock_guard<std::mutex> lock(connect_mutex_);
     if (connection_.get() == nullptr || sent_.isOpen())
       if (LinkStatus status = connection_.open(); !status.ok())
         return status;
@@ -62,7 +50,7 @@ public:
       return {LinkCode::InvalidArgument,
               "the name of a stream has " + std::to_string(name.size()) +
                   " bytes; it must have 1 to " + std::to_string(longest_stream_name)};
-    if (connection_.get() == nullptr)
+    if (!sent_.isOpen())
       return {LinkCode::NotConnected, "streams are added after connect()"};
     const std::lock_guard<std::mutex> lock(mutex_);
     if (std::any_of(streams_.begin(), streams_.end(), [&](const Stream& other) {
@@ -230,6 +218,7 @@ private:
   // Before the streams, whose subscriptions end first.
   Connection connection_;
   SentFrames sent_;
+  std::mutex connect_mutex_;
   std::mutex mutex_; // guards what follows, and the order of frames
   std::deque<Stream> streams_;
 };

@@ -16,12 +16,22 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <utility>
 
 namespace pcl_ext::PCL_EXT_ABI::link {
+
+/** \brief A number that nobody else has. */
+inline std::uint64_t
+randomNumber()
+{
+  std::random_device device;
+  constexpr unsigned int half = 32;
+  return (std::uint64_t{device()} << half) | device();
+}
 
 /** \brief Which frames the server has: those before a message of one's own that it has
  * brought back, an echo. What has no echo when the connection is lost counts as lost.
@@ -55,30 +65,34 @@ public:
   operator=(const SentFrames&) = delete;
 
   /** \brief Subscribes to the echoes of an open connection, and waits for a first one.
+   * May be called again after it has failed.
    * \param[in] publisher its number, unlike those of others
    */
   LinkStatus
   open(std::uint64_t publisher)
   {
     const LinkSettings& settings = connection_.settings();
-    if (subject_.empty()) {
-      subject_ = echoSubject(settings.site, publisher);
-      const natsStatus status = echoes_.open(
-          connection_, subject_, [this](natsMsg* message) { takeEcho(message); });
-      if (status != NATS_OK)
-        return connection_.statusOf(status);
-    }
-    const std::uint64_t violations = connection_.violations();
     const Clock::time_point end = Clock::now() + settings.connect_timeout;
-    const std::uint64_t echo = ask();
-    while (!waitFor(echo, Clock::now() + poll_interval)) {
-      if (connection_.violations() > violations)
+    const std::uint64_t refused = connection_.refusedEchoes();
+    subject_ = echoSubject(settings.site, publisher);
+    if (const natsStatus status = subscribe(); status != NATS_OK)
+      return connection_.statusOf(status);
+    for (std::uint64_t echo = ask(); !waitFor(echo, Clock::now() + poll_interval);) {
+      if (connection_.refusedEchoes() > refused)
         return {LinkCode::Refused,
                 "the server does not permit this user to publish and to subscribe to " +
                     settings.site + ".*.echo, by which it knows what has arrived"};
+      if (connection_.isClosed())
+        return connection_.statusOf(NATS_CONNECTION_CLOSED);
       if (Clock::now() > end)
         return connection_.connectionFailure(NATS_TIMEOUT);
+      if (!isUnderWay(echo)) {
+        std::this_thread::sleep_for(poll_interval);
+        echo = ask();
+      }
     }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    is_open_ = true;
     return {};
   }
 
@@ -87,7 +101,7 @@ public:
   isOpen() const
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return answered_ > 0;
+    return is_open_;
   }
 
   /** \brief A frame was handed to the connection.
@@ -125,14 +139,14 @@ public:
     return has_come;
   }
 
-  /** \brief True if there is a connection, and echoes come in time. */
+  /** \brief True if it is open, there is a connection, and echoes come in time. */
   bool
   isAnswering() const
   {
     if (!connection_.isConnected())
       return false;
     const std::lock_guard<std::mutex> lock(mutex_);
-    return unanswered_ != connection_.number();
+    return is_open_ && unanswered_ != connection_.number();
   }
 
   /** \brief Sets what it knows: frames, bytes, age, and whether it is connected. */
@@ -158,8 +172,12 @@ private:
   /** \brief How often who waits for an echo looks whether it can still come. */
   static constexpr std::chrono::milliseconds poll_interval{50};
 
-  /** \brief A server that takes longer is not answering. */
+  /** \brief A server that takes longer is not answering. It is asked again after as long,
+   * as echoes may be lost that are not permitted for a time, or are too many. */
   static constexpr std::chrono::milliseconds longest_answer{1500};
+
+  /** \brief Further ones take the place of the first. */
+  static constexpr std::size_t most_asked = 1024;
 
   using Clock = std::chrono::steady_clock;
 
@@ -171,6 +189,7 @@ private:
 
   struct Echo {
     std::uint64_t number = 0;     // from 1
+    std::uint64_t content = 0;    // random, so that nobody else can send it before
     std::uint64_t connection = 0; // its number before
     std::uint64_t frames = 0;     // that were added before, ever
     Clock::time_point time;
@@ -182,24 +201,52 @@ private:
     std::unique_lock<std::mutex> lock(mutex_);
     while (!has_ended_) {
       changed_.wait(lock, [this] {
-        return has_ended_ || !under_way_.empty() || !asked_.empty();
+        return has_ended_ || (is_open_ && !(under_way_.empty() && asked_.empty()));
       });
       if (changed_.wait_for(lock, echo_interval, [this] { return has_ended_; }))
         return;
       settle();
-      const bool is_waiting = !asked_.empty();
-      const bool becomes_late = is_waiting &&
-                                unanswered_ != asked_.front().connection &&
-                                Clock::now() - asked_.front().time > longest_answer;
+      const bool becomes_late = !asked_.empty() && isLate(asked_.front()) &&
+                                unanswered_ != asked_.front().connection;
       if (becomes_late)
         unanswered_ = asked_.front().connection;
+      const bool asks = asked_.empty() || isLate(asked_.back());
       lock.unlock();
-      if (becomes_late)
-        connection_.tellOfServer("does not answer: frames are lost until it does");
-      if (!is_waiting)
-        flush(std::chrono::milliseconds(0));
+      guarded([&] {
+        if (becomes_late)
+          connection_.tellOfServer("does not answer: frames are lost until it does");
+        // The server has ended a subscription that it did not permit any more.
+        if (asks && refused_echoes_ != connection_.refusedEchoes())
+          subscribe();
+        if (asks)
+          ask();
+        return LinkStatus();
+      });
       lock.lock();
     }
+  }
+
+  static bool
+  isLate(const Echo& echo)
+  {
+    return Clock::now() - echo.time > longest_answer;
+  }
+
+  /** \brief Subscribes to the echoes, anew if it has before. Called by one thread: that
+   * of open(), then that of run(). */
+  natsStatus
+  subscribe()
+  {
+    refused_echoes_ = connection_.refusedEchoes();
+    echoes_.reset();
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      asked_.clear();
+      lost_echo_ = echo_count_;
+    }
+    echoes_.emplace();
+    return echoes_->open(
+        connection_, subject_, [this](natsMsg* message) { takeEcho(message); });
   }
 
   /** \brief Asks for an echo, unless one is under way that tells the same.
@@ -210,28 +257,48 @@ private:
   {
     if (!connection_.isConnected())
       return 0;
-    std::uint64_t number = 0;
+    Echo echo;
+    echo.content = randomNumber();
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       settle();
-      if (!asked_.empty() && asked_.back().frames == added_)
+      if (!asked_.empty() && asked_.back().frames == added_ && !isLate(asked_.back()))
         return asked_.back().number;
-      number = ++echo_count_;
-      asked_.push_back({number, connection_.number(), added_, Clock::now()});
+      if (asked_.size() >= most_asked)
+        asked_.pop_front();
+      echo.number = ++echo_count_;
+      echo.connection = connection_.number();
+      echo.frames = added_;
+      echo.time = Clock::now();
+      asked_.push_back(echo);
       changed_.notify_all();
     }
     const natsStatus status = natsConnection_PublishString(
-        connection_.get(), subject_.c_str(), std::to_string(number).c_str());
+        connection_.get(), subject_.c_str(), std::to_string(echo.content).c_str());
     if (status == NATS_OK)
-      return number;
+      return echo.number;
     const std::lock_guard<std::mutex> lock(mutex_);
-    asked_.erase(
-        std::remove_if(asked_.begin(),
-                       asked_.end(),
-                       [number](const Echo& echo) { return echo.number == number; }),
-        asked_.end());
-    lost_echo_ = std::max(lost_echo_, number);
+    const auto failed = positionOf(&Echo::number, echo.number);
+    if (failed != asked_.end())
+      asked_.erase(failed);
+    lost_echo_ = std::max(lost_echo_, echo.number);
     return 0;
+  }
+
+  /** \brief An echo that is under way, by its number or content. The mutex is locked. */
+  std::deque<Echo>::iterator
+  positionOf(std::uint64_t Echo::*member, std::uint64_t value)
+  {
+    return std::find_if(asked_.begin(), asked_.end(), [&](const Echo& echo) {
+      return echo.*member == value;
+    });
+  }
+
+  bool
+  isUnderWay(std::uint64_t number)
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return positionOf(&Echo::number, number) != asked_.end();
   }
 
   /** \brief Waits for an echo, or until it cannot come any more.
@@ -253,31 +320,32 @@ private:
   takeEcho(const natsMsg* message)
   {
     const char* const text = natsMsg_GetData(message);
-    const char* const end = text + natsMsg_GetDataLength(message);
-    std::uint64_t number = 0;
-    if (std::from_chars(text, end, number).ec != std::errc())
-      return;
+    std::uint64_t content = 0;
+    const auto parsed =
+        std::from_chars(text, text + natsMsg_GetDataLength(message), content);
     bool was_late = false;
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       settle();
-      while (!asked_.empty() && asked_.front().number <= number) {
-        const Echo& echo = asked_.front();
-        answered_ = echo.number;
-        while (!under_way_.empty() && added_ - under_way_.size() < echo.frames)
-          countSent();
-        was_late = was_late || unanswered_ == echo.connection;
-        asked_.pop_front();
-      }
+      const auto come = positionOf(&Echo::content, content);
+      if (parsed.ec != std::errc() || come == asked_.end())
+        return;
+      while (!under_way_.empty() && added_ - under_way_.size() < come->frames)
+        countSent();
+      answered_ = come->number;
+      was_late = unanswered_ == come->connection;
+      asked_.erase(asked_.begin(), come + 1);
       if (was_late)
         unanswered_.reset();
       changed_.notify_all();
     }
-    if (!was_late)
-      return;
-    connection_.tellOfServer("answers again");
-    if (on_answer_)
-      on_answer_();
+    if (was_late)
+      guarded([this] {
+        connection_.tellOfServer("answers again");
+        if (on_answer_)
+          on_answer_();
+        return LinkStatus();
+      });
   }
 
   /** \brief Takes into account that frames and echoes are lost with a connection. The
@@ -326,9 +394,12 @@ private:
   std::uint64_t answered_ = 0;              // the last echo that came
   std::uint64_t lost_echo_ = 0;             // the last one that will not come
   std::optional<std::uint64_t> unanswered_; // connection whose echo is late
+  bool is_open_ = false;
   bool has_ended_ = false;
-  std::thread thread_;  // after what it uses
-  Subscription echoes_; // likewise
+  std::thread thread_; // after what it uses
+  // Of the thread that subscribes:
+  std::uint64_t refused_echoes_ = 0; // of the connection, before
+  std::optional<Subscription> echoes_;
 };
 
 } // namespace pcl_ext::PCL_EXT_ABI::link

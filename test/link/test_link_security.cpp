@@ -148,21 +148,48 @@ TEST(LinkSecurity, TellsWhatAServerDoesNotPermitOnceWhateverComesBetween)
   EXPECT_TRUE(hasPart(events[1], "cell./a.frames")) << events[1];
 }
 
-TEST(LinkSecurity, RefusesAPublisherWhichMayNotLearnWhatHasArrived)
+/** \brief A server with a user "sensor" of these permissions. */
+std::string
+permitting(const std::string& permissions)
 {
-  for (const char* const permissions :
-       {"publish: \"cell.*.frames\", subscribe: \">\"",
-        "publish: \">\", subscribe: \"cell.*.requests\""}) {
-    const NatsServer server("authorization { users = [ { user: sensor, password: s, "
-                            "permissions: { " +
-                            std::string(permissions) + " } } ] }");
+  return "authorization { users = [ { user: sensor, password: s, permissions: { " +
+         permissions + " } } ] }";
+}
+
+TEST(LinkSecurity, RefusesAPublisherUntilItMayLearnWhatHasArrived)
+{
+  const std::string none = "publish: \"cell.*.frames\", subscribe: \"cell.*.requests\"";
+  for (const std::string& permissions :
+       {none, none + ", publish: [\"cell.*.frames\", \"cell.*.echo\"]"}) {
+    NatsServer server(permitting(permissions));
     LinkSettings settings = settingsOf(server);
     settings.user = "sensor";
     settings.password = "s";
+    settings.connect_timeout = std::chrono::seconds(60); // nothing waits for it
     FramePublisher publisher(settings);
-    const LinkStatus status = publisher.connect();
-    expectCode(status, LinkCode::Refused);
-    EXPECT_TRUE(hasPart(status.message(), "cell.*.echo")) << status.message();
+    std::size_t stream = 0;
+    for (int i = 0; i < 2; ++i) {
+      const LinkStatus status = publisher.connect();
+      expectCode(status, LinkCode::Refused);
+      EXPECT_TRUE(hasPart(status.message(), "cell.*.echo")) << status.message();
+      expectCode(publisher.addStream("/a", {}, stream), LinkCode::NotConnected);
+    }
+    server.reload(permitting("publish: \">\", subscribe: \">\""));
+    ASSERT_TRUE(waitFor([&] { return publisher.connect().ok(); }));
+    expectCode(publisher.addStream("/a", {}, stream), LinkCode::Ok);
+    const Bytes frame = LiveSource(1000).next();
+    const auto publish = [&] {
+      return publisher.publish(stream, Time(1), frame.data(), frame.size()).ok();
+    };
+    EXPECT_TRUE(publish());
+    EXPECT_TRUE(publisher.flush(std::chrono::seconds(60)));
+    // Taken away, and given back.
+    server.reload(permitting(permissions));
+    ASSERT_TRUE(waitFor([&] { return !publish(); }));
+    server.reload(permitting("publish: \">\", subscribe: \">\""));
+    ASSERT_TRUE(waitFor([&] { return publish(); }));
+    EXPECT_TRUE(publisher.flush(std::chrono::seconds(60)));
+    EXPECT_EQ(publisher.statistics().frames_under_way, 0u);
   }
 }
 

@@ -114,11 +114,8 @@ public:
   void
   start()
   {
+    writeConfiguration();
     const std::string file = folder_ / "server.conf";
-    std::ofstream(file) << "listen: \"127.0.0.1:" << port_ << "\"\nlog_file: \""
-                        << folder_ / "server.log"
-                        << "\"\n"
-                        << configuration_ << '\n';
     pid_ = ::fork();
     if (pid_ == 0) {
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -161,6 +158,15 @@ public:
     pid_ = -1;
   }
 
+  /** \brief Makes it read another configuration, which it does soon. */
+  void
+  reload(const std::string& configuration)
+  {
+    configuration_ = configuration;
+    writeConfiguration();
+    ::kill(pid_, SIGHUP);
+  }
+
   /** \brief Makes it hang, so that it takes and answers nothing, as behind a pulled
    * cable. */
   void
@@ -183,6 +189,16 @@ public:
   }
 
 private:
+  void
+  writeConfiguration() const
+  {
+    std::ofstream(folder_ / "server.conf")
+        << "listen: \"127.0.0.1:" << port_ << "\"\nlog_file: \""
+        << folder_ / "server.log"
+        << "\"\n"
+        << configuration_ << '\n';
+  }
+
   bool
   answers() const
   {

@@ -47,12 +47,14 @@ private:
       if (!receive(received))
         return;
     send("PONG\r\n");
-    // SUB cell.1.echo 1, and PUB cell.1.echo 1, after which is its content, 1.
+    // The subject, the number of bytes of the echo, and these.
+    const std::regex published("PUB (\\S+) (\\d+)\r\n(\\d+)\r\n");
     std::smatch echo;
-    while (!std::regex_search(received, echo, std::regex("PUB (\\S+) 1\r\n1\r\n")))
+    while (!std::regex_search(received, echo, published))
       if (!receive(received))
         return;
-    send("MSG " + echo[1].str() + " 1 1\r\n1\r\n");
+    send("MSG " + echo[1].str() + " 1 " + echo[2].str() + "\r\n" + echo[3].str() +
+         "\r\n");
     for (int other = 0; (other = listener_.accept()) >= 0;)
       ::close(other);
   }
