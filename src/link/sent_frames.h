@@ -201,7 +201,9 @@ private:
     std::unique_lock<std::mutex> lock(mutex_);
     while (!has_ended_) {
       changed_.wait(lock, [this] {
-        return has_ended_ || (is_open_ && !(under_way_.empty() && asked_.empty()));
+        // Also one that does not answer and is sent no frames is asked until it does.
+        return has_ended_ ||
+               (is_open_ && (!under_way_.empty() || !asked_.empty() || unanswered_));
       });
       if (changed_.wait_for(lock, echo_interval, [this] { return has_ended_; }))
         return;
@@ -364,6 +366,8 @@ private:
     }
     for (; !asked_.empty() && is_lost(asked_.front()); asked_.pop_front())
       lost_echo_ = asked_.front().number;
+    if (unanswered_ && (!is_connected || *unanswered_ != connection))
+      unanswered_.reset();
   }
 
   /** \brief Counts the first frame under way as sent. The mutex is locked. */
