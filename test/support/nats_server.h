@@ -10,6 +10,7 @@
 #include <netinet/in.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,11 +57,13 @@ public:
   operator=(const ListeningSocket&) = delete;
 
   /** \brief Waits for a client.
-   * \return its socket, the caller's to close; -1 after end()
+   * \return its socket, the caller's to close; -1 after end(), or if none comes
    */
   int
   accept() const
   {
+    const timeval patience{60, 0};
+    ::setsockopt(descriptor_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
     return ::accept(descriptor_, nullptr, nullptr);
   }
 

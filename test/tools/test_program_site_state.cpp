@@ -266,7 +266,8 @@ TEST_F(ProgramSiteState, ASensorThatIsTooSlowSaysSo)
 
 TEST_F(ProgramSiteState, AnInterruptionBeforeTheServerAnswersIsToldAsThat)
 {
-  for (const std::string command : {"send room", "receive"}) {
+  writeClouds("room", roomClouds(1));
+  for (const std::string command : {"send room -r 0.05", "receive -o x.mcap"}) {
     const link::test::ListeningSocket silent;
     BackgroundProgram program(folder,
                               "exec $P " + command + " --server " + silent.url());
