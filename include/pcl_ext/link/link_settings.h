@@ -64,8 +64,8 @@ struct LinkSettings {
   std::string certificate_file; ///< of this client, PEM; empty: none
   std::string key_file;         ///< its private key, PEM
 
-  /** \brief Time in which a server must answer, for each of `servers`. 1 ms to
-   * 1 hour. */
+  /** \brief Time in which a server must answer, for each of `servers`, and in which the
+   * first echo of a publisher must come. 1 ms to 1 hour. */
   std::chrono::milliseconds connect_timeout{2000};
 
   /** \brief Called with one sentence when the connection is lost, is there again, or the
