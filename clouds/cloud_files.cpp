@@ -106,17 +106,31 @@ std::string
 beginningOf(const std::string& path)
 {
   std::ifstream file(path, std::ios::binary);
-  std::array<char, 32> first{};
+  std::array<char, 256> first{};
   file.read(first.data(), static_cast<std::streamsize>(first.size()));
   if (!file && !file.eof())
     fail("cannot open '" + path + "': " + std::strerror(errno));
   return {first.data(), static_cast<std::size_t>(file.gcount())};
 }
 
+/** \brief Whether bytes are those of text. Those of more than a few numbers in binary
+ * form are not. */
+bool
+isText(const std::string& bytes)
+{
+  return bytes.rfind(byte_order_mark, 0) == 0 ||
+         std::all_of(bytes.begin(), bytes.end(), [](char byte) {
+           return (byte >= ' ' && byte <= '~') || byte == '\t' || byte == '\r' ||
+                  byte == '\n';
+         });
+}
+
 /** \brief What a file is that other programs make a cloud or a bag of, and the next
- * command; empty if it is none of these. */
+ * command; empty if it is none of these.
+ * \param[in] beginning its first bytes
+ */
 std::string
-describeForeignFile(const std::string& path)
+describeForeignFile(const std::string& beginning)
 {
   const std::string compressed = "it is a compressed file: decompress it with '";
   const std::string packets =
@@ -125,7 +139,10 @@ describeForeignFile(const std::string& path)
   const std::string survey = "it is a cloud of surveyors: convert it with 'pdal "
                              "translate IN OUT.ply'";
   const std::pair<std::string, std::string> beginnings[] = {
-      {"\x1f\x8b", compressed + "gzip -dk'"},
+      {"version https://git-lfs",
+       "it stands for a file that Git LFS keeps elsewhere: fetch that with 'git lfs "
+       "pull'"},
+      {"\x1f\x8b\x08", compressed + "gzip -dk'"},
       {"BZh", compressed + "bzip2 -dk'"},
       {"\xfd"
        "7zXZ",
@@ -135,6 +152,8 @@ describeForeignFile(const std::string& path)
        "it is a compressed file of no bag, or one that was cut off: decompress it with "
        "'zstd -dk'"},
       {"PK\x03\x04", "it is an archive: unpack it with 'unzip'"},
+      {"DRACO",
+       "it is compressed by Draco: decode it with 'draco_decoder -i IN -o OUT.ply'"},
       {"LASF", survey},
       {"ASTM-E57", survey},
       {"\xd4\xc3\xb2\xa1", packets},
@@ -146,7 +165,6 @@ describeForeignFile(const std::string& path)
        "--bin-fields names"},
       {"rosbag2_bagfile_information:",
        "it tells of a bag: name the folder in which it is"}};
-  const std::string beginning = beginningOf(path);
   for (const auto& [text, description] : beginnings)
     if (beginning.rfind(text, 0) == 0)
       return description;
@@ -189,9 +207,13 @@ kindOf(const std::string& path)
   for (const auto& [text, kind] : beginnings)
     if (beginning.rfind(text, 0) == 0)
       return kind;
+  if (!describeForeignFile(beginning).empty())
+    return FileKind::Foreign;
   const std::string extension = extensionOf(path);
   if (extension == ".pcd") // a comment may be first
     return FileKind::Pcd;
+  if (isText(beginning))
+    return FileKind::Text;
   return extension == ".bin" ? FileKind::Bin : FileKind::Unknown;
 }
 
@@ -212,13 +234,21 @@ whyNotACloud(FileKind kind, const std::string& path)
   case FileKind::PclCompressed:
     return "it is a stream of PCL's own class: decode it with "
            "pcl::io::OctreePointCloudCompression";
+  case FileKind::Foreign:
+    return describeForeignFile(beginningOf(path));
   default:
-    if (const std::string foreign = describeForeignFile(path); !foreign.empty())
-      return foreign;
-    return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
-           "end in .bin as files of KITTI's or nuScenes' lidar; --bin-fields names the "
-           "fields of other files without a header";
+    break;
   }
+  const std::string extension = extensionOf(path);
+  if (extension == ".obj" || extension == ".stl" || extension == ".vtk")
+    return "it is a mesh: convert it with 'pcl_converter IN OUT.ply'";
+  if (kind == FileKind::Text)
+    return "it is text that does not begin as PCD and PLY files do; before numbers of "
+           "x, y, z the lines 'FIELDS x y z', 'SIZE 4 4 4', 'TYPE F F F', 'WIDTH' with "
+           "the number of points, and 'DATA ascii' make a PCD file of it";
+  return "it is no PCD or PLY file, no MCAP file and no bag, and its name does not "
+         "end in .bin as files of KITTI's or nuScenes' lidar; --bin-fields names the "
+         "fields of other files of binary numbers without a header";
 }
 
 bool

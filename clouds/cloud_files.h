@@ -27,6 +27,8 @@ enum class FileKind {
   Recording,     ///< frames of this library
   PclCompressed, ///< of pcl::io::OctreePointCloudCompression
   Empty,
+  Foreign, ///< of a program that makes a cloud or a bag of it
+  Text,
   Unknown
 };
 

@@ -91,6 +91,9 @@ isCount(const std::string& text);
 std::uint64_t
 countOf(const std::string& name, const std::string& text);
 
+/** \brief What some editors write before text in UTF-8. */
+constexpr char byte_order_mark[] = "\xef\xbb\xbf";
+
 /** \brief Most bytes of a line. */
 constexpr std::uint64_t most_line_bytes = std::uint64_t{1} << 24;
 

@@ -9,6 +9,7 @@ extern "C" { // which some versions of lzf.h lack
 }
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -63,6 +64,8 @@ readPcdLines(const std::string& path)
          readLine(file, line, lines.line_end, most_header_bytes - lines.bytes)) {
     lines.bytes += line.size() + 1;
     ++lines.lines;
+    if (lines.lines == 1 && line.rfind(byte_order_mark, 0) == 0)
+      line.erase(0, std::strlen(byte_order_mark));
     std::vector<std::string> words = wordsOf(line);
     if (words.empty() || words[0].front() == '#')
       continue;

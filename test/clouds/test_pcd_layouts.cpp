@@ -83,6 +83,13 @@ TEST_F(FileLayouts, NamesAndWordsOfHeadersMayHaveOtherLetters)
   EXPECT_EQ(floats("x"), Floats{1.0f});
 }
 
+TEST_F(FileLayouts, APcdFileMayHaveAByteOrderMark)
+{
+  EXPECT_EQ(read("a.pcd", "\xef\xbb\xbf# .PCD\n" + pcd("x y z", 1, "ascii\n1 2 3\n")),
+            Remarks());
+  EXPECT_EQ(floats("z"), Floats{3.0f});
+}
+
 TEST_F(FileLayouts, ALineThatPcdHasNotIsNamed)
 {
   std::string text = pcd("x y z", 1, "ascii\n1 2 3\n");

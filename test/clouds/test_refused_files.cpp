@@ -121,11 +121,22 @@ TEST_F(FileLayouts, FilesOfOtherProgramsAreNamedWithTheNextCommand)
       {"ASTM-E57", "pdal translate"},
       {"\xd4\xc3\xb2\xa1", "ros2 bag record"},
       {"\x93NUMPY", "tofile()"},
-      {"rosbag2_bagfile_information:\n", "name the folder"}};
+      {"rosbag2_bagfile_information:\n", "name the folder"},
+      {"version https://git-lfs.github.com/spec/v1\n", "git lfs pull"},
+      {"DRACO\2\2", "draco_decoder"},
+      {"1.5 2.5 3.5\n", "'FIELDS x y z'"},
+      {"\xef\xbb\xbfx;y;z;H\xc3\xb6he\n", "'FIELDS x y z'"}};
   for (const auto& [bytes, command] : files) {
-    const std::string message = refusal("a.file", bytes);
-    expectPart(message, command);
+    expectPart(refusal("a.file", bytes), command);
+    // Fields for a file without a header do not make such a file one.
+    const std::string points = bytes + std::string(12 - bytes.size() % 12, '\n');
+    expectPart(refusal("a.file", points, "x,y,z"), command);
+    expectPart(refusal("a.bin", points, "x,y,z"), command);
+    if (command != "'FIELDS x y z'") // which damaged PCD files are, too
+      expectPart(refusal("a.pcd", bytes), command);
   }
+  for (const std::string name : {"a.obj", "a.stl", "a.vtk"})
+    expectPart(refusal(name, "v 1.5 2.5 3.5\n"), "pcl_converter");
 }
 
 TEST_F(FileLayouts, WhatContradictsItselfIsRefused)

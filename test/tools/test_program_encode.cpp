@@ -271,7 +271,7 @@ TEST_F(ProgramEncode, SummaryTellsVoxelsEdgeRateAndWhatWasLeftOut)
       output, text(bytes, 0) + " bytes (" + text(bytes / 0.75, 0) + " bytes/s)"));
   EXPECT_TRUE(hasPart(output,
                       "ratio " + text(16.0 * static_cast<double>(points) / bytes, 1) +
-                          " against 16 bytes a point"));
+                          " against 16 bytes a point (x y z intensity)\n"));
 }
 
 } // namespace pcl_ext::tools::test

@@ -109,6 +109,8 @@ TEST_F(ProgramSentences, OfOptionsThatEncodeRefuses)
       {room + "--keep-order --law count",
        "--law is count; it must be native or none with --keep-order"},
       {room + "--keep-order --coarsen", "--coarsen has no effect with --keep-order"},
+      {room + "--keep-order --use-coordinate-step",
+       "uses the step of coordinates where"},
       {room + "--pose /roof=1,2,3,0,0,0",
        "--pose: there is no stream '/roof'; there are /room"},
       {room + "--intensity-field signal", "the clouds have no field 'signal'"},
@@ -177,7 +179,7 @@ TEST_F(ProgramSentences, OfInputsAndOutputsThatEncodeRefuses)
        {"encode /proc/self/status" + to, "it is empty"},
        {"encode room -o missing/x.pcxi", "missing/x.pcxi"},
        {"encode '" + data + "/../CMakeLists.txt'" + to,
-        "CMakeLists.txt' is not a cloud: it is no PCD"},
+        "CMakeLists.txt' is not a cloud: it is text that"},
        {"encode '" + data + "/../../src'" + to, "no PCD, PLY or .bin file in"},
        {"encode '" + data + "'" + to, "name the folders in it"},
        {"encode own" + to, "and no bag; it has 1 other file (bag_0.own)"},
@@ -307,6 +309,24 @@ TEST_F(ProgramSentences, OfCommandsThatSucceed)
   const ProgramRun nothing = run("");
   EXPECT_EQ(nothing.status, 2);
   EXPECT_TRUE(hasPart(nothing.output + nothing.errors, "Usage: pcl_ext"));
+}
+
+TEST_F(ProgramSentences, OfPointsFarAwayDoNotAskForMillimetres)
+{
+  // A map of 2 km, and a room with one point that is an error.
+  const std::string header =
+      "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nWIDTH 400\nDATA ascii\n";
+  std::string map = header;
+  std::string room = header + "4000 2 1\n";
+  for (int i = 0; i < 400; ++i) {
+    map += std::to_string(512000 + 5 * i) + ' ' + std::to_string(5400000 + i % 20) +
+           " 300\n";
+    room += i == 0 ? "" : std::to_string(0.1 * i) + " 2 1\n";
+  }
+  writeText("map.pcd", map);
+  writeText("error.pcd", room);
+  expectRun("encode map.pcd -o map.mcap");
+  expectRun("encode error.pcd -o error.mcap");
 }
 
 } // namespace pcl_ext::tools::test

@@ -87,7 +87,7 @@ describeEncoded(const EncodedSums& sums,
   text += ", ratio " +
           formatted(of_point * encoded_points / static_cast<double>(sums.bytes), 1) +
           " against " + formatted(of_point, 0) + " bytes a point" +
-          (options.codec().fields.empty() ? "" : " of the clouds");
+          (options.codec().fields.empty() ? " (x, y, z, intensity)" : " of the clouds");
   if (sums.judged_points > 0)
     text += ", " + formatted(static_cast<double>(sums.point_outliers), 0) + " of " +
             counted(sums.judged_points, "point") +

@@ -189,11 +189,16 @@ EncodingOptions::checkEffects() const
         {"--use-coordinate-step"},
         "has no effect with --origin, --bounding-box or --crop, which fix the "
         "grid: leave one of them out");
-  if (codec_.keep_order)
+  if (codec_.keep_order) {
     refuseOptions(*app_,
-                  {"--coarsen", "--use-coordinate-step"},
+                  {"--coarsen"},
                   "has no effect with --keep-order, which has no voxels: leave one of "
                   "them out");
+    refuseOptions(*app_,
+                  {"--use-coordinate-step"},
+                  "has no effect with --keep-order, which uses the step of coordinates "
+                  "where they have one: leave it out");
+  }
   if (codec_.format == io::StreamFormat::Published) {
     refuseOptions(*app_,
                   {"--effort", "--coarsen", "--use-coordinate-step"},

@@ -231,12 +231,16 @@ private:
   std::string
   budgetRemark() const;
 
-  /** \brief Corners of the finite points of a cloud in the world; false: there are
-   * none. */
-  bool
-  findCorners(const pcl::PCLPointCloud2& cloud,
-              Eigen::Vector4f& min,
-              Eigen::Vector4f& max) const;
+  /** \brief Where the finite points of a cloud are in the world. */
+  struct Extent {
+    Eigen::Vector4f min;
+    Eigen::Vector4f max;
+    float median_distance; ///< from the origin
+  };
+
+  /** \brief The extent of a cloud; none: it has no finite points. */
+  std::optional<Extent>
+  extentOf(const pcl::PCLPointCloud2& cloud) const;
 
   void
   notePose(const pcl::PCLPointCloud2& cloud);

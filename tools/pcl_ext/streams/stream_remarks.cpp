@@ -7,10 +7,13 @@
 #include "streams/stream_encoder.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <iomanip>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <variant>
+#include <vector>
 
 namespace pcl_ext::tools {
 
@@ -153,23 +156,27 @@ StreamEncoder::noteOrder(const pcl::PCLPointCloud2& cloud, std::size_t bytes)
            " of the " + counted(bytes, "byte") + " of the first frame with points");
 }
 
-bool
-StreamEncoder::findCorners(const pcl::PCLPointCloud2& cloud,
-                           Eigen::Vector4f& min,
-                           Eigen::Vector4f& max) const
+std::optional<StreamEncoder::Extent>
+StreamEncoder::extentOf(const pcl::PCLPointCloud2& cloud) const
 {
   SensorPreprocessor<NoIntensity> preprocessor(
       NoIntensity(options_.codec().resolution));
   preprocessor.setSensorPose(Eigen::Isometry3d(pose_));
   pcl::PointCloud<pcl::PointXYZI> points;
   if (!preprocessor.process(cloud, points).ok() || points.empty())
-    return false;
-  min = max = points[0].getVector4fMap();
-  for (pcl::PointXYZI& point : points) {
-    min = min.cwiseMin(point.getVector4fMap());
-    max = max.cwiseMax(point.getVector4fMap());
+    return std::nullopt;
+  Extent extent{points[0].getVector4fMap(), points[0].getVector4fMap(), 0.0f};
+  std::vector<float> distances;
+  for (const pcl::PointXYZI& point : points) {
+    extent.min = extent.min.cwiseMin(point.getVector4fMap());
+    extent.max = extent.max.cwiseMax(point.getVector4fMap());
+    distances.push_back(point.getVector3fMap().norm());
   }
-  return true;
+  const auto middle =
+      distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  extent.median_distance = *middle;
+  return extent;
 }
 
 void
@@ -177,20 +184,25 @@ StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
                         const io::FrameStatistics& statistics,
                         const std::string& source)
 {
-  // No sensor of this kind sees as far in metres, and points of one in millimetres are a
-  // millimetre apart or more.
+  // No sensor of this kind sees as far in metres, but for errors, and points of one in
+  // millimetres are a millimetre apart or more.
   constexpr float suspect_width = 1000.0f;
+  constexpr float suspect_distance = 100.0f;
   constexpr std::size_t enough_points = 100;
   const std::size_t points = statistics.voxelization.points_used;
   const bool has_points = statistics.coding.has_points;
   if (points < enough_points ||
       (!has_points && statistics.voxelization.voxels < points - points / 50))
     return;
-  Eigen::Vector4f min;
-  Eigen::Vector4f max;
-  if (findCorners(cloud, min, max) && (max - min).head<3>().maxCoeff() > suspect_width)
-    remarks_[Remark::Unit] = source + ": its points are between " + corner(min) +
-                             " and " + corner(max) +
+  const std::optional<Extent> extent = extentOf(cloud);
+  if (!extent)
+    return;
+  // Points far from the origin, beside their width, are those of a map in metres.
+  const float width = (extent->max - extent->min).head<3>().maxCoeff();
+  if (width > suspect_width && extent->median_distance > suspect_distance &&
+      extent->median_distance < 2.0f * width)
+    remarks_[Remark::Unit] = source + ": its points are between " +
+                             corner(extent->min) + " and " + corner(extent->max) +
                              (has_points ? "" : ", and hardly two of them in a voxel") +
                              ": if that is in millimetres, --resolution 10 makes " +
                              (has_points ? "an edge of 1 cm" : "voxels of 1 cm");
@@ -199,12 +211,9 @@ StreamEncoder::noteUnit(const pcl::PCLPointCloud2& cloud,
 void
 StreamEncoder::noteExtent(const pcl::PCLPointCloud2& cloud)
 {
-  Eigen::Vector4f min;
-  Eigen::Vector4f max;
-  if (!findCorners(cloud, min, max))
-    return;
-  extent_ =
-      "its first points are between " + corner(min) + " and " + corner(max) + " m";
+  if (const std::optional<Extent> extent = extentOf(cloud))
+    extent_ = "its first points are between " + corner(extent->min) + " and " +
+              corner(extent->max) + " m";
 }
 
 Remarks
