@@ -33,10 +33,19 @@ FollowedStream::skip()
 }
 
 bool
-FollowedStream::isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame)
+FollowedStream::isLate(const FrameHeader& header,
+                       std::uint32_t checksum,
+                       bool is_i_frame)
 {
+  const auto number = static_cast<std::uint32_t>(header.number);
   const std::uint32_t advance = number - number_;
-  return advance == 0 || order_.isOld(number, checksum, is_i_frame) ||
+  // A connection that was lost may deliver many frames after the next one's first, with
+  // I-frames among them. Earlier times alone are those of clouds that are sent again,
+  // and after one that was much too late others are earlier.
+  constexpr std::chrono::minutes longest_delay{1};
+  const bool is_before = advance >= 1u << 31 && header.time < time_ &&
+                         header.time >= time_ - std::min<Time>(time_, longest_delay);
+  return advance == 0 || is_before || order_.isOld(number, checksum, is_i_frame) ||
          (!is_i_frame && advance > most_lost);
 }
 
@@ -55,7 +64,7 @@ FollowedStream::accept(const FrameHeader& header, const WholeFrame& frame)
   const auto number = static_cast<std::uint32_t>(header.number);
   const std::uint32_t checksum =
       io::checksumOf(frame.description, frame.bytes, frame.size);
-  if (!is_of_another && isLate(number, checksum, is_i_frame)) {
+  if (!is_of_another && isLate(header, checksum, is_i_frame)) {
     ++statistics.frames_late;
     ++late_in_a_row_;
     return false;
@@ -76,6 +85,7 @@ FollowedStream::accept(const FrameHeader& header, const WholeFrame& frame)
     begin(header.publisher, number);
   statistics.frames_lost += number - number_ - 1;
   number_ = number;
+  time_ = header.time;
   order_.decoded(number, checksum, isIdentifiable(frame.description));
   if (!is_i_frame && (!is_next || place == io::FrameChain::Place::Gap)) {
     chain_.breakOff();

@@ -62,7 +62,7 @@ private:
 
   /** \brief True if a frame of the same publisher is not to be used. */
   bool
-  isLate(std::uint32_t number, std::uint32_t checksum, bool is_i_frame);
+  isLate(const FrameHeader& header, std::uint32_t checksum, bool is_i_frame);
 
   /** \brief Begins to count the frames of a publisher. */
   void
@@ -70,6 +70,7 @@ private:
 
   std::optional<std::uint64_t> publisher_;
   std::uint32_t number_ = 0; // of its last frame, modulo 2^32
+  Time time_{0};             // of that frame
   io::FrameOrder order_{true};
   io::FrameChain chain_;
   bool has_i_frame_ = false; // one was accepted

@@ -5,7 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <cstdint>
 #include <limits>
+#include <string>
 #include <vector>
 
 namespace {
@@ -25,11 +28,14 @@ public:
   }
 
   bool
-  arrives(std::uint64_t number, const Bytes& bytes, std::uint64_t publisher = 7)
+  arrives(std::uint64_t number,
+          const Bytes& bytes,
+          std::uint64_t publisher = 7,
+          Time time = Time(0))
   {
     const auto frame = wholeFrameOf(bytes.data(), bytes.size());
     EXPECT_TRUE(frame);
-    return frame && stream.accept({publisher, number, Time(0)}, *frame);
+    return frame && stream.accept({publisher, number, time}, *frame);
   }
 
   /** \brief The next frame arrives, an I-frame if one is needed.
@@ -152,6 +158,53 @@ TEST(FollowedStream, LeavesOutWhatComesLateOrTwice)
   EXPECT_TRUE(followed.arrives(41, followed.next()));
   EXPECT_EQ(followed.stream.statistics.frames_late, 52u);
   EXPECT_EQ(followed.stream.statistics.publishers, 1u);
+}
+
+TEST(FollowedStream, LeavesOutWhatALostConnectionDeliversAfterTheNext)
+{
+  Followed followed;
+  const auto arrives = [&followed](std::uint64_t number, const Bytes& bytes) {
+    return followed.arrives(number, bytes, 7, std::chrono::milliseconds(100 * number));
+  };
+  std::vector<Bytes> frames;
+  for (std::size_t i = 0; i < 60; ++i)
+    frames.push_back(followed.next(i % 10 == 0));
+  for (std::size_t i = 0; i < 10; ++i)
+    ASSERT_TRUE(arrives(i + 1, frames[i]));
+  EXPECT_TRUE(arrives(51, frames[50]));
+  for (std::size_t i = 10; i < 50; ++i)
+    EXPECT_FALSE(arrives(i + 1, frames[i]));
+  for (std::size_t i = 51; i < 60; ++i)
+    EXPECT_TRUE(arrives(i + 1, frames[i]));
+  EXPECT_EQ(followed.stream.statistics.frames_late, 40u);
+  EXPECT_EQ(followed.stream.statistics.frames_lost, 40u);
+  EXPECT_EQ(followed.stream.statistics.frames_skipped, 0u);
+}
+
+TEST(FollowedStream, GoesOnAfterOneMessageOfAnyTime)
+{
+  using std::chrono::seconds;
+  for (const Time time :
+       {Time::min(), Time(-1), Time(seconds(3)), Time(seconds(1000)), Time::max()}) {
+    SCOPED_TRACE(time.count());
+    Followed followed;
+    std::uint64_t number = 0;
+    const auto goes_on = [&](int count) {
+      bool is_accepted = true;
+      while (count-- > 0) {
+        ++number;
+        is_accepted = followed.arrives(number,
+                                       followed.next(followed.stream.needsIFrame()),
+                                       7,
+                                       std::chrono::milliseconds(100 * number));
+      }
+      return is_accepted;
+    };
+    ASSERT_TRUE(goes_on(20));
+    LiveSource other(1000, 2, 9);
+    followed.arrives(1u << 20, other.next(), 7, time);
+    EXPECT_TRUE(goes_on(20));
+  }
 }
 
 } // namespace
