@@ -180,8 +180,8 @@ class Encoder(Unique):
     intensity_range : float
         Intensity at the top of the scale: points, for "quadratic" and "linear" shares of a
         face (1: a whole one, which is decoded as 255), else as in the clouds; 0: automatic,
-        without few values that are far from the others, of whose number a
-        `CompressionWarning` tells.
+        without few values that are far from the others, or above 65,535 steps of 1 (or of
+        another step that all are multiples of), of whose number a `CompressionWarning` tells.
     intensity_curve : str
         "linear", or "companded": small numbers exact, then steps that grow.
     aggregation : str
@@ -209,7 +209,8 @@ class Encoder(Unique):
         are, NaN included; with one they are rounded to multiples of it, in the unit of the
         field, which for integers is a whole number. Fields are int8 to int32, uint8 to
         uint32, float32 or float64 in the machine's byte order, and may have several values
-        for each point. "all" leaves a colour out that `colour_bits` keeps. At most 64 fields
+        for each point. Those of NaN points in an array with rows and columns come back as
+        0. "all" leaves a colour out that `colour_bits` keeps. At most 64 fields
         with 4096 values a point. Not with `temporal_filter`, and "version1" only.
     coarsen_wide_clouds : bool
         For clouds wider than 2**21 voxels double the edge of a voxel as often as needed, up to
@@ -277,7 +278,7 @@ class Encoder(Unique):
         law: Law = "automatic",
         sensor: Optional[Sensor] = None,
         sensor_pose: Optional[ArrayLike] = None,
-        bounding_box: Optional[Sequence[Sequence[float]]] = None,
+        bounding_box: Optional[ArrayLike] = None,
         intensity_bits: int = 0,
         intensity_range: float = 0.0,
         intensity_curve: Literal["linear", "companded"] = "linear",
@@ -297,7 +298,7 @@ class Encoder(Unique):
         rate_temporal_filter: int = 8,
         rate_doublings: int = 4,
         rate_sent_share: float = 0.33,
-        origin: Optional[Sequence[float]] = None,
+        origin: Optional[ArrayLike] = None,
         format: Literal["version1", "published"] = "version1",
         frame_id: Optional[str] = None,
     ):

@@ -6,6 +6,8 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Dict, Optional, Union
 
+import numpy as np
+
 from . import _native
 from ._arguments import (
     END_OF_TIME,
@@ -61,7 +63,7 @@ class RecordingWriter(Unique):
     """
 
     def __init__(self, path: Union[str, os.PathLike[str]], *, overwrite: bool = False):
-        if not isinstance(overwrite, bool):
+        if not isinstance(overwrite, (bool, np.bool_)):
             raise TypeError(f"overwrite is {overwrite!r}; it must be True or False")
         self._name = os.fspath(path)
         self._native = _native.RecordingWriter()

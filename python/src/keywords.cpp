@@ -131,10 +131,11 @@ Keywords::count(const char* name, std::size_t lowest, std::size_t highest) const
 bool
 Keywords::flag(const char* name) const
 {
-  const py::object value = at(name);
-  if (!PyBool_Check(value.ptr()))
+  // Also those of numpy, but nothing that is only true in a condition.
+  py::detail::make_caster<bool> flag;
+  if (!flag.load(at(name), false))
     refuseType(name, "True or False");
-  return value.cast<bool>();
+  return flag;
 }
 
 std::string

@@ -163,7 +163,7 @@ public:
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     recording::RecordingWriter& to = writer();
-    if (size == 0)
+    if (size == 0 && stream < written_.streams)
       return {};
     recording::RecordingStatus status = to.append(stream, time, bytes, size);
     written_.frames += status.ok() ? 1 : 0;

@@ -396,8 +396,9 @@ def test_wrong_frames_and_streams(room, tmp_path):
         for data in (b"no frame", frame[:-1], frame + b"x"):
             with pytest.raises(ValueError, match="the bytes are not one frame"):
                 writer.append(stream, data, 1.0)
-        with pytest.raises(ValueError, match="unknown stream"):
-            writer.append(7, frame, 1.0)
+        for data in (frame, b""):
+            with pytest.raises(ValueError, match="unknown stream"):
+                writer.append(7, data, 1.0)
         for time in (-0.1, np.nan, 1.7e18, 10**400, "1", np.array("1")):
             with pytest.raises(ValueError, match="time is"):
                 writer.append(stream, frame, time)

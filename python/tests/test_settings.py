@@ -131,6 +131,17 @@ def test_settings_are_those_that_an_encoder_was_made_with():
         encoder.resolution = 0.5
 
 
+def test_flags_of_numpy_are_flags(room):
+    assert len(pcl_ext.Encoder(keep_points=np.True_).encode(room)) == len(
+        pcl_ext.Encoder(keep_points=True).encode(room)
+    )
+
+
+def test_coordinates_that_are_too_large():
+    with pytest.raises(pcl_ext.Error, match="set origin amid the points, or leave out"):
+        pcl_ext.Encoder(0.1).encode(np.full((3, 3), 1e300))
+
+
 def test_settings_are_named():
     with pytest.raises(TypeError):
         pcl_ext.Encoder(0.04, "fast")

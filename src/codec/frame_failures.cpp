@@ -33,9 +33,11 @@ corruptFrame(const std::string& what)
 CompressionStatus
 oldFrame(std::uint32_t number)
 {
-  return {CompressionCode::OldFrame,
-          "frame " + std::to_string(number) +
-              " is late or repeated, or belongs to another stream; it was dropped"};
+  return {
+      CompressionCode::OldFrame,
+      "frame " + std::to_string(number) +
+          " is late or repeated, or belongs to another stream; it was dropped: each "
+          "stream, also one that is decoded again, needs a decoder of its own"};
 }
 
 CompressionStatus

@@ -240,8 +240,10 @@ FrameEncoder::check(const VoxelFrame& frame,
               "further fields"};
   }
   else if (!isOrigin(frame.grid.origin) || leavesLattice(frame.grid))
-    return {CompressionCode::InvalidInput,
-            "in stream version 1 the grid must be within 2^20 voxels of its origin"};
+    return {
+        CompressionCode::InvalidInput,
+        SettingText{"the voxels are not within 2^20 voxels of their grid's origin: "
+                    "set {origin} amid the points, or leave out those too far away"}};
   if (frame.size() > DecoderLimits::most_voxels)
     return {CompressionCode::InvalidInput,
             "the frame has " + std::to_string(frame.size()) +

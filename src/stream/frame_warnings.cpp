@@ -175,8 +175,9 @@ remedyOfHighIntensities(const EncoderSettings& settings, bool is_native)
                : "the published layout has 0 to 255; scale them before, or use "
                  "version 1";
   if (settings.intensity_range == 0.0f && (is_native || settings.intensity_bits == 0))
-    return "they are few and far from the others; remove lost returns, or hold all "
-           "with an {intensity_range} above 0 that none of them exceeds";
+    return "they are few, and far from the others or above what their exact step "
+           "holds; remove lost returns, or hold all with an {intensity_range} above 0 "
+           "that none of them exceeds";
   return "use a larger {intensity_range} or more {intensity_bits}";
 }
 

@@ -177,8 +177,9 @@ TEST(FrameWarnings, FewIntensitiesBeyondAnAutomaticScale)
   EXPECT_TRUE(hasPart(
       warningOf(settings, points),
       "1 of 1000 voxels have an intensity beyond the scale and were set to its end: "
-      "they are few and far from the others; remove lost returns, or hold all with an "
-      "intensity_range above 0 that none of them exceeds"));
+      "they are few, and far from the others or above what their exact step holds; "
+      "remove lost returns, or hold all with an intensity_range above 0 that none of "
+      "them exceeds"));
 }
 
 TEST(FrameWarnings, IntensitiesThatVanish)

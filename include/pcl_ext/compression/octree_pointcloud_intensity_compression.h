@@ -129,8 +129,8 @@ public:
    * also sets the effort: streams take fewer bytes than PCL's and no more time on the
    * clouds of doc/benchmarks.md, which also tells where a single frame can take more.
    * The arguments after show_statistics are used by MANUAL_CONFIGURATION only. Where
-   * octree_resolution is finer than point_resolution it is the voxel edge, and where
-   * both are the same there is one point for each voxel, as in PCL. Clouds wider than
+   * octree_resolution is finer than point_resolution it is the voxel edge; where it is
+   * that as a float (0.25, not 0.01) voxels have one point, as PCL's. Clouds wider than
    * 2^21 voxels get coarser ones (coarsen_wide_clouds), and clouds whose coordinates are
    * multiples of a larger step get voxels of that edge (use_coordinate_step).
    * \param[in] profile compression profile
@@ -251,10 +251,10 @@ public:
   /** \brief Decodes the next frame of a stream, of either format.
    *
    * The stream must contain the complete frame. Never throws, hangs or exceeds
-   * settings.decoder_limits. Bytes before the frame are skipped. If no frame is
-   * decoded, the cloud is empty and the history unchanged, so that decoding recovers at
-   * the latest with the next I-frame. A stream of which only a part has arrived stays
-   * where the incomplete frame begins with settings.incomplete_frame = Keep.
+   * settings.decoder_limits. Bytes before the frame are skipped. If no frame is decoded,
+   * the cloud is empty and the history unchanged, so that decoding recovers at the
+   * latest with the next I-frame that did not come before (OldFrame). A stream of which
+   * a part has arrived stays where that begins with settings.incomplete_frame = Keep.
    * \param[in,out] compressed_cloud where to read; then positioned after the frame.
    * At its end the stream gets its end and fail bits, as from a read
    * \param[in,out] cloud takes the voxel centres in Morton order, metres, or the points
