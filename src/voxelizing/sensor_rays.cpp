@@ -325,7 +325,7 @@ SensorRays::findAngles(const SensorCloud& cloud,
     const double last_angle = last * fit.turn_step;
     const Eigen::Vector2d direction(std::cos(last_angle), std::sin(last_angle));
     // A few points of a column tell its middle.
-    constexpr std::size_t enough = 12;
+    constexpr std::size_t enough = 6;
     const std::size_t every = (end - begin) / enough + 1;
     off.clear();
     for (std::size_t i = begin; i < end; i += every) {
