@@ -27,8 +27,8 @@ enum class FileKind {
   Recording,     ///< frames of this library
   PclCompressed, ///< of pcl::io::OctreePointCloudCompression
   Empty,
-  Foreign, ///< of a program that makes a cloud or a bag of it
-  Text,
+  Foreign, ///< of another program, from which clouds or bags can be made
+  Text,    ///< that does not begin as PCD and PLY files do
   Unknown
 };
 

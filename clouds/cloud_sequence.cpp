@@ -316,8 +316,10 @@ bool
 hasBinFile(const std::string& path)
 {
   const auto isBin = [](const std::string& file) {
+    // Who reads text, or a file of another program, says what it is.
     const FileKind kind = kindOf(file);
-    return kind == FileKind::Bin || kind == FileKind::Unknown;
+    return kind == FileKind::Bin || kind == FileKind::Unknown ||
+           kind == FileKind::Text || kind == FileKind::Foreign;
   };
   if (!fs::is_directory(path))
     return isBin(path);

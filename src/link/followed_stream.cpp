@@ -40,8 +40,8 @@ FollowedStream::isLate(const FrameHeader& header,
   const auto number = static_cast<std::uint32_t>(header.number);
   const std::uint32_t advance = number - number_;
   // A connection that was lost may deliver many frames after the next one's first, with
-  // I-frames among them. Earlier times alone are those of clouds that are sent again,
-  // and after one that was much too late others are earlier.
+  // I-frames among them. A lower number alone may follow a forged one that was too high,
+  // and so may a time that is much earlier.
   constexpr std::chrono::minutes longest_delay{1};
   const bool is_before = advance >= 1u << 31 && header.time < time_ &&
                          header.time >= time_ - std::min<Time>(time_, longest_delay);

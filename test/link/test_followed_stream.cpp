@@ -202,7 +202,7 @@ TEST(FollowedStream, GoesOnAfterOneMessageOfAnyTime)
     };
     ASSERT_TRUE(goes_on(20));
     LiveSource other(1000, 2, 9);
-    followed.arrives(1u << 20, other.next(), 7, time);
+    ASSERT_TRUE(followed.arrives(1u << 20, other.next(), 7, time));
     EXPECT_TRUE(goes_on(20));
   }
 }

@@ -106,6 +106,11 @@ TEST_F(ProgramFiles, FieldsWithoutEffectOrSenseAreRefused)
        {"benchmark bag.mcap bag.mcap",
         "'bag.mcap' is a bag, which is taken alone: run the command for each bag, or "
         "join recordings by pcl_ext merge first"}});
+  std::filesystem::create_directories(folder / "texts");
+  writeText(folder / "texts/0.bin", "1 2 3\n4 5 6\n");
+  const ProgramRun of_text = run("encode texts -o x.pcxi --bin-fields x,y,z");
+  EXPECT_EQ(of_text.status, 1);
+  EXPECT_TRUE(hasPart(of_text.errors, "cannot read 'texts/0.bin': it is text that"));
 }
 
 TEST_F(ProgramFiles, RemarksOnFilesAreMadeOnceAStream)
